@@ -1,0 +1,47 @@
+/* A fleet of simulated vehicles in lockstep: hull, sensors and microcontroller of each.
+ * Python reads this very file through cffi, so it holds plain declarations only. */
+#pragma once
+
+#include "../mcu/mcu.h"
+#include "hull.h"
+#include "sensors.h"
+
+/* One vehicle as the world sees it. Mission frame: north, east, down; body frame: forward, right, down. */
+typedef struct plant_vehicle {
+  /* Written by the plant. */
+  hull_state hull;
+  double servo_us[3]; /* bow, stern, motor: last complete pulse */
+  double travelled_m; /* path length over ground since creation */
+  mcu_counters counters;
+
+  /* Written by the world between runs. */
+  double current_ned_mps[3]; /* of the water around this vehicle */
+} plant_vehicle;
+
+typedef struct plant_config {
+  const char *image; /* ELF for the `avr` make; unused for `native` */
+  int vehicles;
+  int threads;
+  uint64_t seed;
+  uint32_t baud;
+  double step_s; /* of the hull, sensors and microcontroller */
+  hull_parameters hull;
+  sensor_parameters sensors;
+} plant_config;
+
+typedef struct plant plant;
+
+/* Makes the fleet at time 0 from its starting states; NULL with a cause in `error` when it cannot. */
+plant *plant_create(const plant_config *config, const hull_state *starts, char *error, size_t error_size);
+void plant_destroy(plant *p);
+
+/* Runs every vehicle until the absolute time; 0, or the 1-based number of a vehicle whose firmware crashed. */
+int plant_run_until(plant *p, uint64_t time_us);
+const char *plant_failure(const plant *p, int vehicle);
+
+plant_vehicle *plant_get_vehicle(plant *p, int vehicle);
+mcu_faults *plant_get_faults(plant *p, int vehicle);
+sensor_faults *plant_get_sensor_faults(plant *p, int vehicle);
+size_t plant_uart_write(plant *p, int vehicle, int port, const uint8_t *bytes, size_t count, uint64_t not_before_us);
+size_t plant_uart_read(plant *p, int vehicle, int port, uint8_t *bytes, size_t capacity);
+void plant_power_cycle(plant *p, int vehicle);
