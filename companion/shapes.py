@@ -1,0 +1,72 @@
+"""The shapes of a formation as lists of points: triangle, line, column, wedge, diamond, polygon.
+
+Every function returns (count, 3) metres, body of the formation (forward, right, down), in one plane (down = 0), not yet
+centred, points at least `spacing` apart. The formation moves forward along its first axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+
+
+# Rows of 1, 2, 3, ... points on an equilateral grid, tip ahead; an incomplete last row fills from its middle.
+def triangle(count: int, spacing: float) -> Points:
+    points: list[tuple[float, float, float]] = []
+    row = 0
+    while len(points) < count:
+        rights = sorted(((i - row / 2) * spacing for i in range(row + 1)), key=lambda right: (abs(right), right))
+        points += [(-row * spacing * math.sqrt(3) / 2, right, 0.0) for right in rights[: count - len(points)]]
+        row += 1
+    return np.array(points)
+
+
+# Side by side.
+def line(count: int, spacing: float) -> Points:
+    return np.array([(0.0, i * spacing, 0.0) for i in range(count)])
+
+
+# One behind the other.
+def column(count: int, spacing: float) -> Points:
+    return np.array([(-i * spacing, 0.0, 0.0) for i in range(count)])
+
+
+# A V with its tip ahead and a right angle between its arms, filled from the tip, left and right in turn.
+def wedge(count: int, spacing: float) -> Points:
+    step = spacing / math.sqrt(2)
+    return np.array([(-((i + 1) // 2) * step, ((i + 1) // 2) * step * (-1) ** i, 0.0) for i in range(count)])
+
+
+# A square grid standing on its corner, filled from the tip ahead.
+def diamond(count: int, spacing: float) -> Points:
+    side = math.ceil(math.sqrt(count))
+    step = spacing / math.sqrt(2)
+    cells = sorted(((i, j) for i in range(side) for j in range(side)), key=lambda c: (c[0] + c[1], abs(c[0] - c[1]), c))
+    return np.array([(-(i + j) * step, (i - j) * step, 0.0) for i, j in cells[:count]])
+
+
+# The corners of a regular polygon with sides of `spacing`, the first one ahead.
+def polygon(count: int, spacing: float) -> Points:
+    radius = spacing / (2 * math.sin(math.pi / count)) if count > 1 else 0.0
+    angles = [2 * math.pi * i / count for i in range(count)]
+    return np.array([(radius * math.cos(angle), radius * math.sin(angle), 0.0) for angle in angles])
+
+
+SHAPES: dict[str, Callable[[int, float], Points]] = {
+    "triangle": triangle,
+    "line": line,
+    "column": column,
+    "wedge": wedge,
+    "diamond": diamond,
+    "polygon": polygon,
+}
+
+
+# The same points about their mean.
+def centred(points: Points) -> Points:
+    return np.asarray(points - points.mean(axis=0))
