@@ -26,13 +26,17 @@ class Attitude:
 
 @dataclass(frozen=True, slots=True)
 class OwnPose:
-    """Where this vehicle is: position (3,) m, velocity over ground (3,) m/s, one-sigma position error m."""
+    """Where this vehicle is: position (3,) m, velocity over ground (3,) m/s, one-sigma position error m.
+
+    `current` (3,) m/s is the estimated velocity of the water, so `velocity - current` is the velocity through it.
+    """
 
     position: Vector
     velocity: Vector
     attitude: Attitude
     sigma: float
     stamp: float
+    current: Vector = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,86 @@
+"""The numbers guidance steers by: how the hull answers, how it keeps a point and how it keeps clear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+
+class Limits(Protocol):
+    """What the mission allows every vehicle: speeds through water, distance between centres, depth."""
+
+    @property
+    def top_speed_mps(self) -> float: ...
+    @property
+    def steerage_speed_mps(self) -> float: ...
+    @property
+    def safe_distance_m(self) -> float: ...
+    @property
+    def depth_min_m(self) -> float: ...
+    @property
+    def depth_max_m(self) -> float: ...
+
+
+@dataclass(frozen=True, slots=True)
+class HullConfig:
+    """How the hull answers a setpoint."""
+
+    turning_radius_m: float = 1.4  # at full rudder, at any speed
+    heading_lag_s: float = 1.0
+    speed_lag_s: float = 1.7
+
+
+@dataclass(frozen=True, slots=True)
+class WaitConfig:
+    """Circling a point that stands still."""
+
+    radius_m: float = 1.5  # a little over the turning radius, so that rudder is left to correct with
+    convergence: float = 1.2  # how sharply the course bends toward the circle
+    slowing_rate: float = 0.2  # speed above steerage per metre from the circle, 1/s
+    current_ratio: float = 2.5  # speed through water at least this many times the current
+    still_mps: float = 0.05  # a point slower than this stands still
+
+
+@dataclass(frozen=True, slots=True)
+class TrackConfig:
+    """Following a point that moves."""
+
+    along_gain: float = 0.22  # speed per metre of along-track error, 1/s
+    lookahead_m: float = 1.8  # line of sight: cross-track error is closed as if aiming this far ahead
+    lead_s: float = 1.0  # the point's velocity is taken this far ahead, for the lag of heading and speed
+    acceleration_lag_s: float = 0.5  # of the estimate of the point's acceleration
+
+
+@dataclass(frozen=True, slots=True)
+class BarrierConfig:
+    """Keeping clear of hulls and obstacles."""
+
+    time_constant_s: float = 2.0  # distance may shrink toward the safe one no faster than exponentially with this
+    horizon_s: float = 9.0
+    margin_m: float = 0.35  # kept beyond the mission's safe distance
+    obstacle_clearance_m: float = 0.9  # from own centre to an obstacle's surface
+    left_penalty: float = 0.15  # a turn to port costs this much more: both of a pair give way to starboard
+    swing_penalty: float = 0.15  # and so does leaving the side chosen before
+    vertical_from_m: float = 0.25  # a distance short by more than this calls for depth as well
+    vertical_offset_m: float = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class EscapeConfig:
+    """When avoidance holds a vehicle up: a random heading for a while."""
+
+    patience_s: float = 12.0
+    progress_m: float = 0.5
+    duration_s: float = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class GuidanceConfig:
+    """Everything guidance is told before the dive, apart from the mission's limits."""
+
+    hull: HullConfig = HullConfig()
+    wait: WaitConfig = WaitConfig()
+    track: TrackConfig = TrackConfig()
+    barrier: BarrierConfig = BarrierConfig()
+    escape: EscapeConfig = EscapeConfig()
+    scene_limit_s: float = 0.5  # an older scene is no scene

@@ -1,0 +1,88 @@
+"""From a point to the heading and speed that a hull without neighbours would take: circling it or following it.
+
+Horizontal vectors are (north, east) pairs of floats, m or m/s, in the mission frame.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.guidance.config import HullConfig, TrackConfig, WaitConfig
+
+Pair = tuple[float, float]
+
+
+def wrap(angle: float) -> float:
+    """The same angle within -pi..pi."""
+    return math.remainder(angle, math.tau)
+
+
+def crab(course: float, speed: float, current: Pair) -> float:
+    """The heading that keeps `course` over ground at `speed` through water; as near as possible in a strong current."""
+    across = current[1] * math.cos(course) - current[0] * math.sin(course)
+    return course - math.asin(max(-0.95, min(0.95, across / speed)))
+
+
+def circle(
+    position: Pair, centre: Pair, current: Pair, steerage: float, top: float, wait: WaitConfig, hull: HullConfig
+) -> tuple[float, float]:
+    """Heading and speed to come to a standing point and circle it clockwise.
+
+    A vector field (after Beard and McLain, Small Unmanned Aircraft, 10.2): far away it points at the centre, on the
+    circle along the tangent. The course is taken a heading lag ahead, as the circle turns it.
+    """
+    dn, de = position[0] - centre[0], position[1] - centre[1]
+    distance = math.hypot(dn, de)
+    radius = wait.radius_m
+    excess = (distance - radius) / radius
+    speed = max(steerage + wait.slowing_rate * (distance - 1.5 * radius), steerage, wait.current_ratio * math.hypot(*current))
+    speed = min(speed, top)
+    inward = math.atan(wait.convergence * excess)
+    course = math.atan2(de, dn) + math.pi / 2.0 + inward
+    along = speed + current[0] * math.cos(course) + current[1] * math.sin(course)
+    lead = hull.heading_lag_s * max(along, 0.0) / max(distance, radius) * math.cos(inward) ** 2
+    return crab(course + lead, speed, current), speed
+
+
+def follow(
+    position: Pair,
+    target: Pair,
+    velocity: Pair,
+    acceleration: Pair,
+    current: Pair,
+    steerage: float,
+    top: float,
+    track: TrackConfig,
+) -> tuple[float, float]:
+    """Heading and speed to travel with a moving point.
+
+    Velocity through water is the point's own plus a correction of the error: across its course by a line of sight to
+    a place `lookahead_m` ahead of it, along its course by speed. Far away this becomes the collision course at top
+    speed. A hull that is ahead of its point slows down to steerage way and lets it come; it does not turn back.
+    """
+    wn = velocity[0] + track.lead_s * acceleration[0] - current[0]
+    we = velocity[1] + track.lead_s * acceleration[1] - current[1]
+    pace = math.hypot(wn, we)
+    if pace < 1e-6:
+        return math.atan2(target[1] - position[1], target[0] - position[0]), steerage
+    tn, te = wn / pace, we / pace
+    en, ee = target[0] - position[0], target[1] - position[1]
+    along, across = en * tn + ee * te, ee * tn - en * te
+    surge = track.along_gain * along
+    sway = across * max(pace, steerage) / track.lookahead_m
+    surge, sway = _to_top_speed(pace, surge, sway, top)
+    ahead = max(pace + surge, steerage)
+    sway = math.copysign(min(abs(sway), top), sway)
+    heading = math.atan2(te, tn) + math.atan2(sway, ahead)
+    return heading, min(max(math.hypot(ahead, sway), steerage), top)
+
+
+def _to_top_speed(pace: float, surge: float, sway: float, top: float) -> Pair:
+    """Scales the correction so that pace and correction together stay within top speed."""
+    if (pace + surge) ** 2 + sway**2 <= top**2:
+        return surge, sway
+    square = surge**2 + sway**2
+    half = pace * surge
+    room = max(top**2 - pace**2, 0.0)
+    scale = (math.sqrt(half**2 + square * room) - half) / square
+    return surge * min(scale, 1.0), sway * min(scale, 1.0)
