@@ -13,9 +13,8 @@ OVERHEAD = HEADER_LENGTH + 2
 
 Message = dialect.MAVLink_message
 
-# The generated module computes every CRC through these two names.
-dialect.x25crc = X25Crc
-dialect.MAVLINK_IGNORE_CRC = 0
+# The generated module computes every CRC through the first name, and must never ignore one.
+vars(dialect).update(x25crc=X25Crc, MAVLINK_IGNORE_CRC=0)
 
 
 class FrameError(ValueError):
@@ -37,10 +36,7 @@ class _Shape(NamedTuple):
 
 
 # What the splitter must know of every message of the dialect, by id.
-_SHAPES = {
-    key: _Shape(kind.unpacker.size, bytes([kind.crc_extra]))
-    for key, kind in cast(dict[int, type[Message]], dialect.mavlink_map).items()
-}
+_SHAPES = {key: _Shape(kind.unpacker.size, bytes([kind.crc_extra])) for key, kind in dialect.mavlink_map.items()}
 
 
 class _NoSigning:
@@ -88,9 +84,8 @@ def split_frames(buffer: bytes | bytearray) -> tuple[list[bytes], bytes, int]:
     """Cut the frames out of received bytes without decoding them.
 
     Returns the complete frames of the dialect whose length and CRC are right, the rest to be put before the next bytes,
-    and the number of bytes that belonged to no such frame. Signed frames and MAVLink 1 count as lost. After a bad CRC the
-    search goes on behind the marker, so a corrupted length byte costs no frame but its own. The rest never exceeds one
-    frame.
+    and the number of bytes that belonged to no such frame. Signed frames and MAVLink 1 count as lost. After a bad CRC
+    the search goes on behind the marker, so a corrupted frame costs no other. The rest never exceeds one frame.
     """
     data = bytes(buffer)
     frames: list[bytes] = []

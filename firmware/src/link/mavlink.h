@@ -1,4 +1,5 @@
-// The one door to the generated MAVLink headers: trimmed for the ATmega2560 and free of global state, on any host alike.
+// The one door to the generated MAVLink headers: trimmed for the ATmega2560 and free of global state, on any host
+// alike.
 //
 // Pack with mavlink_msg_*_encode_status and an own mavlink_status_t, then mavlink_msg_to_send_buffer; receive with
 // mavlink_frame_char_buffer and own buffers. Everything that needs a hidden channel fails to link.
@@ -23,9 +24,7 @@
 #include <util/crc16.h>
 
 #define HAVE_CRC_ACCUMULATE
-static inline void crc_accumulate(uint8_t data, uint16_t* crc) {
-  *crc = _crc_ccitt_update(*crc, data);
-}
+static inline void crc_accumulate(uint8_t data, uint16_t* crc) { *crc = _crc_ccitt_update(*crc, data); }
 #endif
 
 #ifdef __GNUC__
@@ -61,8 +60,8 @@ static inline const mavlink_msg_entry_t* mavlink_get_msg_entry(uint32_t id);
 extern "C" {
 #endif
 
-// What the receiver must know of a message, or NULL for an unknown one. The table stays in flash; on AVR its one entry in
-// use is copied out, and stays valid until the next call.
+// What the receiver must know of a message, or NULL for an unknown one. The table stays in flash; on AVR its one entry
+// in use is copied out, and stays valid until the next call.
 static inline const mavlink_msg_entry_t* mavlink_get_msg_entry(uint32_t id) {
 #ifdef __AVR__
   static const mavlink_msg_entry_t table[] PROGMEM = MAVLINK_MESSAGE_CRCS;
