@@ -33,7 +33,8 @@ typedef struct mcu_faults {
   int imu_silent;             /* SPI reads all ones */
   int imu_frozen;             /* data registers keep their last sample */
   int depth_silent;           /* no acknowledge */
-  int i2c_held;               /* SDA held low */
+  int i2c_held;               /* SDA held low: 1 until cleared here, 2 until nine clocks on SCL free it (then 0 again) */
+  double i2c_bit_noise;       /* probability that a byte read over I2C has one bit flipped */
   int companion_cut;          /* no byte passes in either direction */
   double companion_bit_noise; /* probability that a byte on the wire has one bit flipped */
 } mcu_faults;
@@ -42,10 +43,11 @@ typedef struct mcu_faults {
 typedef struct mcu_counters {
   uint64_t cycles;
   uint64_t cycles_asleep;
-  uint64_t resets;
+  uint64_t resets; /* by watchdog, and by mcu_power_cycle */
   uint64_t rx_overruns; /* bytes that the UART hardware lost because the firmware read too late */
   uint64_t rx_corrupted;
   uint64_t tx_corrupted;
+  uint32_t spi_hz, i2c_hz; /* the fastest clock that the firmware programmed and used */
 } mcu_counters;
 
 typedef struct mcu_config {

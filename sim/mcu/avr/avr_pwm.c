@@ -1,0 +1,63 @@
+/* Servo and ESC pulses, taken at the timers: the compare register is latched at overflow, as the real timer does. */
+#include <stddef.h>
+
+#include "avr_mcu.h"
+
+_Static_assert(SHOAL_PIN_BOW == 5 && SHOAL_PIN_STERN == 2 && SHOAL_PIN_MOTOR == 6, "pulses are wired to OC3A, OC3B and OC4A");
+
+static const avr_cycle_count_t SILENCE = SHOAL_CPU_HZ / 20; /* 50 ms */
+
+static void close_pulse(mcu_pwm *p, avr_cycle_count_t now) {
+  if (!p->width || now < p->rise + p->width) return;
+  p->complete = p->width;
+  p->end = p->rise + p->width;
+  p->width = 0;
+}
+
+/* The compare output changed. simavr repeats the rise whenever a register of the timer is written, so only one whose
+ * overflow is new counts. */
+static void output_changed(avr_irq_t *irq, uint32_t value, void *param) {
+  (void)irq;
+  mcu_pwm *p = param;
+  avr_t *avr = p->timer->io.avr;
+  if (!(value & 1) || p->timer->tov_base == p->rise) return;
+  close_pulse(p, avr->cycle);
+  p->rise = p->timer->tov_base;
+  p->width = 0;
+  bool is_output = avr->data[p->ddr] & p->ddr_mask;
+  if (!is_output || p->timer->wgm_op_mode_kind != avr_timer_wgm_fast_pwm) return;
+  const avr_timer_comp_t *comp = &p->timer->comp[p->channel];
+  unsigned ocr = avr->data[comp->r_ocr] | (unsigned)avr->data[comp->r_ocrh] << 8;
+  if (ocr < p->timer->tov_top) p->width = (avr_cycle_count_t)(ocr + 1) * p->timer->cs_div_value;
+}
+
+static void attach(mcu *m, int actuator, char timer, int channel, uint16_t ddr, uint8_t ddr_mask) {
+  mcu_pwm *p = &m->pwm[actuator];
+  p->timer = avr_module(m->avr, "timer", offsetof(avr_timer_t, name), timer, false);
+  p->channel = channel;
+  p->ddr = ddr;
+  p->ddr_mask = ddr_mask;
+  avr_irq_register_notify(p->timer->io.irq + TIMER_IRQ_OUT_COMP + channel, output_changed, p);
+}
+
+void avr_pwm_attach(mcu *m) {
+  attach(m, MCU_BOW, '3', AVR_TIMER_COMPA, AVR_DDRE, 1 << 3);
+  attach(m, MCU_STERN, '3', AVR_TIMER_COMPB, AVR_DDRE, 1 << 4);
+  attach(m, MCU_MOTOR, '4', AVR_TIMER_COMPA, AVR_DDRH, 1 << 3);
+}
+
+/* A reset ends the pulse that was under way. */
+void avr_pwm_restart(mcu *m) {
+  for (int i = 0; i < MCU_ACTUATORS; ++i) {
+    close_pulse(&m->pwm[i], m->avr->cycle);
+    m->pwm[i].width = 0;
+    m->pwm[i].rise = m->avr->cycle;
+  }
+}
+
+double mcu_pulse_us(const mcu *m, int actuator) {
+  mcu_pwm p = m->pwm[actuator];
+  close_pulse(&p, m->target);
+  if (!p.complete || m->target > p.end + SILENCE) return 0;
+  return (double)p.complete / (SHOAL_CPU_HZ / 1000000);
+}
