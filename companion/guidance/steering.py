@@ -35,7 +35,9 @@ def circle(
     distance = math.hypot(dn, de)
     radius = wait.radius_m
     excess = (distance - radius) / radius
-    speed = max(steerage + wait.slowing_rate * (distance - 1.5 * radius), steerage, wait.current_ratio * math.hypot(*current))
+    speed = max(
+        steerage + wait.slowing_rate * (distance - 1.5 * radius), steerage, wait.current_ratio * math.hypot(*current)
+    )
     speed = min(speed, top)
     inward = math.atan(wait.convergence * excess)
     course = math.atan2(de, dn) + math.pi / 2.0 + inward

@@ -154,7 +154,9 @@ def make_bench(library: Library, probe: Path) -> Iterator[MakeBench]:
     """Makes microcontrollers with the probe program and destroys them at the end."""
     made = []
 
-    def make(seed: int = 1, baud: int = 115200, eeprom: bytes | None = None, image: Path = probe, **kwargs: int) -> Bench:
+    def make(
+        seed: int = 1, baud: int = 115200, eeprom: bytes | None = None, image: Path = probe, **kwargs: int
+    ) -> Bench:
         ffi, error = library.ffi, library.ffi.new("char[]", 300)
         path, contents = ffi.new("char[]", str(image).encode()), ffi.new("uint8_t[]", eeprom) if eeprom else ffi.NULL
         config = ffi.new("mcu_config *", {"image": path, "seed": seed, "baud": baud, "eeprom": contents})

@@ -224,7 +224,15 @@ def script(bench: Bench, slice_us: int) -> tuple[bytes, int, int, bytes]:
     """A lively minute on the bench, cut into slices of some length: everything it left behind."""
     bench.slice_us = slice_us
     bench.faults.companion_bit_noise = 0.003
-    requests = [b"P\0", b"s\x03\x80\0\0", b"p\x03\x37\x0b\x00", b"i\x02\xec\xa2", b"e\x03\x05\0\x42", b"A\x01\0", b"b\x01\x03"]
+    requests = [
+        b"P\0",
+        b"s\x03\x80\0\0",
+        b"p\x03\x37\x0b\x00",
+        b"i\x02\xec\xa2",
+        b"e\x03\x05\0\x42",
+        b"A\x01\0",
+        b"b\x01\x03",
+    ]
     log = b""
     for turn in range(12):
         for n, request in enumerate(requests):
