@@ -1,0 +1,54 @@
+// Heading, depth and speed loops: from a setpoint to rudder, plane and throttle commands.
+#pragma once
+
+#include "../params/parameters.h"
+#include "maths.h"
+
+namespace shoal {
+
+// What the vehicle holds; the one thing that a companion commands.
+struct Setpoint {
+  float heading;  // rad
+  float depth;    // m
+  float speed;    // m/s through water, forward
+};
+
+// What the estimators know.
+struct Navigation {
+  float roll, pitch, yaw;  // rad
+  Vec3 rate;               // rad/s, body
+  float depth;             // m
+  float descent;           // m/s
+  float speed;             // m/s
+  float battery_v;
+};
+
+struct Commands {
+  float rudder;    // rad, positive turns to starboard
+  float plane;     // rad, positive pitches the bow up
+  float throttle;  // -1 to 1
+};
+
+class Autopilot {
+ public:
+  // Forgets integrals, as on arming.
+  void reset() { *this = Autopilot(); }
+  Commands step(const Navigation& now, const Setpoint& setpoint, const Parameters& parameters, float dt);
+
+  float heading_error() const { return heading_error_; }  // rad
+  float depth_error() const { return depth_error_; }      // m
+  float pitch_target() const { return pitch_target_; }    // rad
+
+ private:
+  float steer(const Navigation& now, float heading, const Parameters& parameters, float dt);
+  float dive(const Navigation& now, float depth, const Parameters& parameters, float dt);
+
+  float heading_error_ = 0.0f;
+  float depth_error_ = 0.0f;
+  float pitch_target_ = 0.0f;
+  float yaw_integral_ = 0.0f;
+  float depth_integral_ = 0.0f;
+  float pitch_integral_ = 0.0f;
+};
+
+}  // namespace shoal
