@@ -11,12 +11,12 @@ constexpr float kFinReach = 0.5f;        // share of the fin's range that an int
 
 }  // namespace
 
-Commands Autopilot::step(const Navigation& now, const Setpoint& setpoint, const Parameters& parameters, float dt) {
-  Commands commands;
-  commands.rudder = steer(now, setpoint.heading, parameters, dt);
-  commands.plane = dive(now, setpoint.depth, parameters, dt);
-  commands.throttle = SpeedModel::throttle_for(setpoint.speed, now.battery_v, parameters);
-  return commands;
+Effort Autopilot::step(const Navigation& now, const Setpoint& setpoint, const Parameters& parameters, float dt) {
+  Effort effort;
+  effort.rudder = steer(now, setpoint.heading, parameters, dt);
+  effort.plane = dive(now, setpoint.depth, parameters, dt);
+  effort.throttle = SpeedModel::throttle_for(setpoint.speed, now.battery_v, parameters);
+  return effort;
 }
 
 // Heading error to yaw rate, yaw rate to rudder.

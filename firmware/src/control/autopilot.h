@@ -1,4 +1,4 @@
-// Heading, depth and speed loops: from a setpoint to rudder, plane and throttle commands.
+// Heading, depth and speed loops: from a setpoint to rudder, plane and throttle effort.
 #pragma once
 
 #include "../params/parameters.h"
@@ -6,7 +6,7 @@
 
 namespace shoal {
 
-// What the vehicle holds; the one thing that a companion commands.
+// What the vehicle holds; the one thing that a companion effort.
 struct Setpoint {
   float heading;  // rad
   float depth;    // m
@@ -23,7 +23,7 @@ struct Navigation {
   float battery_v;
 };
 
-struct Commands {
+struct Effort {
   float rudder;    // rad, positive turns to starboard
   float plane;     // rad, positive pitches the bow up
   float throttle;  // -1 to 1
@@ -33,7 +33,7 @@ class Autopilot {
  public:
   // Forgets integrals, as on arming.
   void reset() { *this = Autopilot(); }
-  Commands step(const Navigation& now, const Setpoint& setpoint, const Parameters& parameters, float dt);
+  Effort step(const Navigation& now, const Setpoint& setpoint, const Parameters& parameters, float dt);
 
   float heading_error() const { return heading_error_; }  // rad
   float depth_error() const { return depth_error_; }      // m

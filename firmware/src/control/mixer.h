@@ -6,11 +6,11 @@
 
 namespace shoal {
 
-inline Outputs mix(const Commands& commands, const Parameters& parameters) {
+inline Outputs mix(const Effort& effort, const Parameters& parameters) {
   return {
-      commands.rudder * parameters.get(Parameter::BOW_YAW) + commands.plane * parameters.get(Parameter::BOW_PITCH),
-      commands.rudder * parameters.get(Parameter::STERN_YAW) + commands.plane * parameters.get(Parameter::STERN_PITCH),
-      commands.throttle,
+      effort.rudder * parameters.get(Parameter::BOW_YAW) + effort.plane * parameters.get(Parameter::BOW_PITCH),
+      effort.rudder * parameters.get(Parameter::STERN_YAW) + effort.plane * parameters.get(Parameter::STERN_PITCH),
+      effort.throttle,
   };
 }
 

@@ -1,6 +1,7 @@
 // Converts the analog readings to volts, amperes and ampere hours.
 #include "power.h"
 
+#include "../control/maths.h"
 #include "../pins.h"
 
 namespace shoal {
@@ -22,6 +23,11 @@ void Power::step(float dt) {
   current_a_ += (amps - current_a_) * share;
   used_ah_ += current_a_ * dt / 3600.0f;
   leak_ = board_.leak_detected();
+}
+
+int8_t Power::remaining_percent(const Parameters& parameters) const {
+  const float share = 1.0f - used_ah_ / parameters.get(Parameter::BAT_CAP_AH);
+  return static_cast<int8_t>(clamp(share, 0.0f, 1.0f) * 100.0f);
 }
 
 }  // namespace shoal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../board.h"
+#include "../params/parameters.h"
 
 namespace shoal {
 
@@ -15,6 +16,8 @@ class Power {
   float voltage_v() const { return voltage_v_; }
   float current_a() const { return current_a_; }
   float used_ah() const { return used_ah_; }
+  // Of BAT_CAP_AH, counted from a full battery at start, 0 to 100.
+  int8_t remaining_percent(const Parameters& parameters) const;
   bool leak() const { return leak_; }
 
  private:

@@ -29,6 +29,8 @@ class Parameters {
   // Takes a finite value within the range of the table and stores it in the background; else changes nothing.
   SetResult set(uint8_t index, float value);
   void reset_to_defaults();
+  // Writes all values again in the background.
+  void store() { begin_store(); }
 
   // Index of a name of at most 16 characters (terminated when shorter); kParameterCount when there is none.
   static uint8_t find(const char* name);

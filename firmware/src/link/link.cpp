@@ -1,0 +1,22 @@
+// The two halves of the link's tick.
+#include "link.h"
+
+namespace shoal {
+
+void Link::receive() {
+  Frame frame;
+  for (uint8_t i = 0; i < kBytesPerTick; ++i) {
+    const int16_t byte = parts_.board.read_byte(Port::companion);
+    if (byte < 0) return;
+    reader_.push(static_cast<uint8_t>(byte));
+    while (reader_.next(frame)) commands_.handle(frame);
+  }
+}
+
+void Link::send() {
+  notices_.step();
+  commands_.step();
+  telemetry_.step();
+}
+
+}  // namespace shoal

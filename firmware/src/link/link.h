@@ -1,0 +1,38 @@
+// The link to the companion: bytes in to commands, and notices, parameters and telemetry out.
+#pragma once
+
+#include "../parts.h"
+#include "commands.h"
+#include "frame.h"
+#include "notices.h"
+#include "telemetry.h"
+
+namespace shoal {
+
+class Link {
+ public:
+  explicit Link(Parts& parts)
+      : parts_(parts),
+        writer_(parts.board, Port::companion),
+        telemetry_(parts, writer_, reader_),
+        notices_(parts, writer_),
+        commands_(parts, writer_, telemetry_, notices_) {}
+
+  // Takes what has arrived, no more than the line can bring in a tick and a third.
+  void receive();
+  void send();
+
+  const LossCounters& losses() const { return reader_.losses(); }
+
+ private:
+  static constexpr uint8_t kBytesPerTick = 160;
+
+  Parts& parts_;
+  FrameReader reader_;
+  FrameWriter writer_;
+  Telemetry telemetry_;
+  Notices notices_;
+  Commands commands_;
+};
+
+}  // namespace shoal
