@@ -25,7 +25,7 @@ CORE_DIRECTORIES := $(CORE) $(ARDUINO)/variants/mega \
 	$(foreach library,$(LIBRARIES),$(ARDUINO)/libraries/$(library)/src) $(ARDUINO_JSON)
 
 AVR := -mmcu=atmega2560 -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_MEGA2560 -DARDUINO_ARCH_AVR \
-	$(addprefix -isystem ,$(CORE_DIRECTORIES)) -g -Os -flto -ffunction-sections -fdata-sections -MMD -MP $(FIRMWARE_DEFINES)
+	$(addprefix -I,$(CORE_DIRECTORIES)) -g -Os -flto -ffunction-sections -fdata-sections -MMD -MP $(FIRMWARE_DEFINES)
 # The Arduino core of Debian does not compile without the last one.
 AVR_CXX := $(AVR) -fno-exceptions -fno-threadsafe-statics -DDECIMAL_DIG=__DECIMAL_DIG__
 

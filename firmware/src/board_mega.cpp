@@ -1,4 +1,5 @@
-// ATmega2560: USART rings, SPI, I2C, hardware PWM, ADC, EEPROM, watchdog, reset cause, painted stack and the 100 Hz tick.
+// ATmega2560: USART rings, SPI, I2C, hardware PWM, ADC, EEPROM, watchdog, reset cause, painted stack and the 100 Hz
+// tick.
 #include "board_mega.h"
 
 #if defined(__AVR_ATmega2560__)
@@ -142,7 +143,7 @@ class MegaBoard final : public Board {
   uint16_t analog_[2] = {};
   uint8_t converting_ = 0;
   bool restarted_ = false;
-  uint8_t* paint_at_ = nullptr;   // how far the present search for used bytes has come
+  uint8_t* paint_at_ = nullptr;  // how far the present search for used bytes has come
   uint8_t* lowest_used_ = nullptr;
 };
 
@@ -263,9 +264,7 @@ void MegaBoard::write_led(bool on) {
   }
 }
 
-int16_t MegaBoard::read_byte(Port port) {
-  return port == Port::console ? take(console_line) : take(companion_line);
-}
+int16_t MegaBoard::read_byte(Port port) { return port == Port::console ? take(console_line) : take(companion_line); }
 
 bool MegaBoard::write_bytes(Port port, const uint8_t* bytes, uint16_t count) {
   return port == Port::console ? give(console_line, UCSR0B, bytes, count) : give(companion_line, UCSR1B, bytes, count);
@@ -311,7 +310,8 @@ void MegaBoard::reboot() {
   }
 }
 
-// Each call searches a part of the painted RAM from below, so that no call takes long; a whole search takes some 20 calls.
+// Each call searches a part of the painted RAM from below, so that no call takes long; a whole search takes some 20
+// calls.
 uint16_t MegaBoard::free_ram() {
   for (uint16_t n = 0; n < 256; ++n, ++paint_at_) {
     if (paint_at_ >= lowest_used_ || *paint_at_ != kPaint) {

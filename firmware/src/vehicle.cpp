@@ -64,7 +64,8 @@ void Vehicle::estimate() {
   pressure_age_ms_ = older(pressure_age_ms_, elapsed_ms_);
   if (!new_pressure_) return;
   if (pressure_age_ms_ > kForgetPressureMs) parts_.depth.reset();
-  parts_.depth.correct(parts_.depth_sensor.pressure_pa(), parts_.parameters, static_cast<float>(pressure_age_ms_) * 0.001f);
+  parts_.depth.correct(parts_.depth_sensor.pressure_pa(), parts_.parameters,
+                       static_cast<float>(pressure_age_ms_) * 0.001f);
   pressure_age_ms_ = 0;
 }
 
@@ -102,10 +103,14 @@ void Vehicle::guard() {
 
 void Vehicle::control() {
   const Euler& euler = parts_.attitude.euler();
-  const Navigation now = {euler.roll,           euler.pitch,
-                          euler.yaw,            parts_.attitude.rate(),
-                          parts_.depth.depth(), parts_.depth.descent(),
-                          parts_.speed.speed(), parts_.power.voltage_v()};
+  const Navigation now = {euler.roll,
+                          euler.pitch,
+                          euler.yaw,
+                          parts_.attitude.rate(),
+                          parts_.depth.depth(),
+                          parts_.depth.descent(),
+                          parts_.speed.speed(),
+                          parts_.power.voltage_v()};
   effort_ = parts_.autopilot.step(now, parts_.target, parts_.parameters, kTick);
 }
 

@@ -4,11 +4,11 @@
 namespace shoal {
 namespace {
 
-constexpr float kBiasLimit = 0.1f;                     // rad/s, above the data sheet's zero-rate output of 5 deg/s
+constexpr float kBiasLimit = 0.1f;                      // rad/s, above the data sheet's zero-rate output of 5 deg/s
 constexpr float kFieldLow = 15.0f, kFieldHigh = 90.0f;  // uT; the earth's field is 22 to 67
-constexpr float kHorizontalLow = 5.0f;                 // uT, below it the compass has no direction
-constexpr float kForceTolerance = 0.2f;                // of g
-constexpr float kStartGain = 4.0f;                     // times the usual gains while settling
+constexpr float kHorizontalLow = 5.0f;                  // uT, below it the compass has no direction
+constexpr float kForceTolerance = 0.2f;                 // of g
+constexpr float kStartGain = 4.0f;                      // times the usual gains while settling
 
 bool plausible_force(float magnitude) {
   return magnitude > (1.0f - kForceTolerance) * kGravity && magnitude < (1.0f + kForceTolerance) * kGravity;

@@ -1,4 +1,5 @@
-// Attitude from gyroscope, accelerometer and compass: Mahony's complementary filter on a quaternion with gyroscope bias.
+// Attitude from gyroscope, accelerometer and compass: Mahony's complementary filter on a quaternion with gyroscope
+// bias.
 #pragma once
 
 #include "../drivers/icm20948.h"

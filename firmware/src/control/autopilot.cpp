@@ -57,8 +57,9 @@ float Autopilot::dive(const Navigation& now, float depth, const Parameters& para
   float gain = kReferenceSpeed / speed;
   gain *= gain;
   const float error = pitch_target_ - now.pitch;
-  const float plane = (parameters.get(Parameter::PITCH_P) * error - parameters.get(Parameter::PITCH_D) * now.rate.y) * gain +
-                      pitch_integral_;
+  const float plane =
+      (parameters.get(Parameter::PITCH_P) * error - parameters.get(Parameter::PITCH_D) * now.rate.y) * gain +
+      pitch_integral_;
   const bool winding_up = fabsf(plane) >= limit && plane * error > 0.0f;
 
   if (has_way && !climbing_up && !winding_up) {

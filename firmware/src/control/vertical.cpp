@@ -6,8 +6,8 @@ namespace shoal {
 void DepthEstimator::predict(float dt) { depth_ += descent_ * dt; }
 
 void DepthEstimator::correct(float pressure_pa, const Parameters& parameters, float since) {
-  const float measured = (pressure_pa - parameters.get(Parameter::SURF_PA)) /
-                         (parameters.get(Parameter::WATER_RHO) * kGravity);
+  const float measured =
+      (pressure_pa - parameters.get(Parameter::SURF_PA)) / (parameters.get(Parameter::WATER_RHO) * kGravity);
   if (!started_) {
     depth_ = measured;
     started_ = true;

@@ -6,9 +6,9 @@
 namespace shoal {
 namespace {
 
-constexpr float kNeutral = 1500.0f;                       // us
+constexpr float kNeutral = 1500.0f;                        // us
 constexpr float kServoScale = 500.0f / (60.0f * kDegree);  // us per rad
-constexpr float kEscScale = 400.0f;                       // us per full throttle
+constexpr float kEscScale = 400.0f;                        // us per full throttle
 
 // A value that is not a number must never reach a pin.
 float finite_or_zero(float value) { return isfinite(value) ? value : 0.0f; }
@@ -22,8 +22,8 @@ void Actuators::step(const Outputs& target, const Parameters& parameters, float 
   const float throttle_step = parameters.get(Parameter::THR_RATE) * dt;
   outputs_.bow = slew(outputs_.bow, clamp(finite_or_zero(target.bow), -limit, limit), fin_step);
   outputs_.stern = slew(outputs_.stern, clamp(finite_or_zero(target.stern), -limit, limit), fin_step);
-  outputs_.throttle = slew(outputs_.throttle, clamp(finite_or_zero(target.throttle), -throttle_limit, throttle_limit),
-                           throttle_step);
+  outputs_.throttle =
+      slew(outputs_.throttle, clamp(finite_or_zero(target.throttle), -throttle_limit, throttle_limit), throttle_step);
   write(Actuator::bow, (outputs_.bow + parameters.get(Parameter::BOW_TRIM) * kDegree) * kServoScale);
   write(Actuator::stern, (outputs_.stern + parameters.get(Parameter::STERN_TRIM) * kDegree) * kServoScale);
   write(Actuator::motor, outputs_.throttle * kEscScale);

@@ -1,4 +1,5 @@
-// Start-up of the ICM-20948 as a table of register writes, its burst read, and the detection of a silent or frozen chip.
+// Start-up of the ICM-20948 as a table of register writes, its burst read, and the detection of a silent or frozen
+// chip.
 #include "icm20948.h"
 
 #include "../crc.h"
@@ -44,14 +45,15 @@ constexpr uint8_t kCompassControl2 = 0x31;
 constexpr uint8_t kCompassControl3 = 0x32;
 constexpr uint8_t kSlave4Done = 0x40;
 
-// One burst from kAccelXHigh: accelerometer 6, gyroscope 6, temperature 2, compass 9 (status 1, field 6, spare, status 2).
+// One burst from kAccelXHigh: accelerometer 6, gyroscope 6, temperature 2, compass 9 (status 1, field 6, spare, status
+// 2).
 constexpr uint8_t kBurst = 23;
 
-constexpr float kAccelScale = kGravity / 8192.0f;      // +-4 g
-constexpr float kGyroScale = kDegree / 65.5f;          // +-500 deg/s
-constexpr float kFieldScale = 0.15f;                   // uT
-constexpr float kTemperatureScale = 1.0f / 333.87f;    // K
-constexpr uint8_t kFrozenSamples = 20;                 // noise moves some bit of 96 within 0.2 s
+constexpr float kAccelScale = kGravity / 8192.0f;    // +-4 g
+constexpr float kGyroScale = kDegree / 65.5f;        // +-500 deg/s
+constexpr float kFieldScale = 0.15f;                 // uT
+constexpr float kTemperatureScale = 1.0f / 333.87f;  // K
+constexpr uint8_t kFrozenSamples = 20;               // noise moves some bit of 96 within 0.2 s
 constexpr uint8_t kRetryTicks = 20;
 
 // What a start-up step does after its write.
@@ -73,9 +75,9 @@ const Step kStartUp[] PROGMEM = {
     {2, kGyroConfig1, 0x23, 0, next},  // low pass 24 Hz, +-500 deg/s
     {2, kAccelDividerHigh, 0, 0, next},
     {2, kAccelDividerLow, 4, 0, next},
-    {2, kAccelConfig, 0x23, 0, next},         // low pass 24 Hz, +-4 g
-    {3, kI2cMasterControl, 0x17, 0, next},    // 345.6 kHz, stop between reads
-    {3, kI2cMasterOdr, 0x03, 0, next},        // 1100 Hz / 8, for when the other sensors sleep
+    {2, kAccelConfig, 0x23, 0, next},       // low pass 24 Hz, +-4 g
+    {3, kI2cMasterControl, 0x17, 0, next},  // 345.6 kHz, stop between reads
+    {3, kI2cMasterOdr, 0x03, 0, next},      // 1100 Hz / 8, for when the other sensors sleep
     {3, kSlave4Address, kCompassAddress, 0, next},
     {3, kSlave4Register, kCompassControl3, 0, next},
     {3, kSlave4DataOut, 0x01, 0, next},
@@ -182,7 +184,8 @@ bool Icm20948::read_sample() {
     return false;
   }
 
-  // The chip is mounted x forward, y left, z up; the compass's own axes are then forward, right, down (figures 12 and 13).
+  // The chip is mounted x forward, y left, z up; the compass's own axes are then forward, right, down (figures 12 and
+  // 13).
   sample_.specific_force = Vec3{static_cast<float>(big_endian(accel)), -static_cast<float>(big_endian(accel + 2)),
                                 -static_cast<float>(big_endian(accel + 4))} *
                            kAccelScale;

@@ -1,4 +1,5 @@
-// ICM-20948 (InvenSense DS-000189) over SPI: accelerometer, gyroscope and, through its own I2C master, the AK09916 compass.
+// ICM-20948 (InvenSense DS-000189) over SPI: accelerometer, gyroscope and, through its own I2C master, the AK09916
+// compass.
 #pragma once
 
 #include <stdint.h>

@@ -14,7 +14,7 @@ constexpr uint8_t kConversionTicks = 2;
 constexpr uint8_t kResetTicks = 2;
 constexpr uint8_t kRetryTicks = 20;
 constexpr uint8_t kPressuresPerTemperature = 4;
-constexpr float kPascal = 10.0f;  // per count of 0.1 mbar
+constexpr float kPascal = 10.0f;      // per count of 0.1 mbar
 constexpr int32_t kHighest = 320000;  // 0.1 mbar: 30 bar and some margin
 
 }  // namespace

@@ -13,8 +13,8 @@ constexpr float kTimeConstant = 0.5f;  // s
 }  // namespace
 
 void Power::step(float dt) {
-  const float volts = static_cast<float>(board_.read_analog(Analog::battery_voltage)) *
-                      (kVoltsPerCount * SHOAL_BATTERY_VOLTS_PER_VOLT);
+  const float volts =
+      static_cast<float>(board_.read_analog(Analog::battery_voltage)) * (kVoltsPerCount * SHOAL_BATTERY_VOLTS_PER_VOLT);
   const float amps =
       static_cast<float>(board_.read_analog(Analog::battery_current)) * (kVoltsPerCount * SHOAL_BATTERY_AMPS_PER_VOLT);
   const float share = first_ ? 1.0f : dt / (kTimeConstant + dt);

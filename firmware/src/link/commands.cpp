@@ -7,9 +7,9 @@ namespace shoal {
 namespace {
 
 constexpr uint8_t kCompanion = MAV_COMP_ID_ONBOARD_COMPUTER;
-constexpr float kFastest = 2.0f;         // m/s, of a setpoint
+constexpr float kFastest = 2.0f;           // m/s, of a setpoint
 constexpr float kAcrossTolerance = 0.05f;  // m/s: velocity and yaw of a setpoint must agree
-constexpr uint16_t kRebootDelay = 200;   // ms, for the acknowledgement to leave
+constexpr uint16_t kRebootDelay = 200;     // ms, for the acknowledgement to leave
 
 }  // namespace
 
@@ -189,7 +189,8 @@ void Commands::on_parameter_set(const Frame& frame) {
   const uint8_t index = Parameters::find(m.param_id);
   if (index == kParameterCount) return;
   const bool locked = parts_.safety.driving() && index == static_cast<uint8_t>(Parameter::SYS_ID);
-  if (m.param_type != MAV_PARAM_TYPE_REAL32 || locked || parts_.parameters.set(index, m.param_value) != SetResult::accepted) {
+  if (m.param_type != MAV_PARAM_TYPE_REAL32 || locked ||
+      parts_.parameters.set(index, m.param_value) != SetResult::accepted) {
     notices_.parameter_refused(index);
   }
   send_parameter(index);

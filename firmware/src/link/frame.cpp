@@ -32,7 +32,8 @@ bool FrameReader::next(Frame& frame) {
       drop(marker ? static_cast<uint8_t>(static_cast<const uint8_t*>(marker) - buffer_) : count_);
       continue;
     }
-    bool bad = (count_ > 1 && (buffer_[1] == 0 || buffer_[1] > SHOAL_FIRMWARE_PAYLOAD_MAX)) || (count_ > 2 && buffer_[2] != 0);
+    bool bad =
+        (count_ > 1 && (buffer_[1] == 0 || buffer_[1] > SHOAL_FIRMWARE_PAYLOAD_MAX)) || (count_ > 2 && buffer_[2] != 0);
     if (!bad) {
       if (count_ < 2) return false;
       const uint8_t end = kHeaderLength + buffer_[1];

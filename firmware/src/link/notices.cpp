@@ -36,13 +36,13 @@ void Notices::step() {
   for (uint8_t i = 0; i < kCauseCount; ++i) {
     const Cause cause = static_cast<Cause>(i);
     const CauseSet changed = announced_ ^ parts_.safety.active();
-    if (refused_ & bit(cause)) {
-      if (send_cause(cause, PSTR("arming refused: "))) refused_ &= static_cast<CauseSet>(~bit(cause));
+    if (refused_ & bit_of(cause)) {
+      if (send_cause(cause, PSTR("arming refused: "))) refused_ &= static_cast<CauseSet>(~bit_of(cause));
       return;
     }
-    if (changed & bit(cause)) {
-      const bool set = (parts_.safety.active() & bit(cause)) != 0;
-      if (send_cause(cause, set ? PSTR("") : PSTR("cleared: "))) announced_ ^= bit(cause);
+    if (changed & bit_of(cause)) {
+      const bool set = (parts_.safety.active() & bit_of(cause)) != 0;
+      if (send_cause(cause, set ? PSTR("") : PSTR("cleared: "))) announced_ ^= bit_of(cause);
       return;
     }
   }
@@ -77,7 +77,7 @@ bool Notices::send_cause(Cause cause, const char* before) {
   const uint8_t severity = Safety::describe(cause, name);
   strncpy_P(text, before, sizeof text - sizeof name);
   strcat(text, name);
-  const bool clears = !(parts_.safety.active() & bit(cause));
+  const bool clears = !(parts_.safety.active() & bit_of(cause));
   return send(clears ? static_cast<uint8_t>(MAV_SEVERITY_NOTICE) : severity, text);
 }
 

@@ -204,7 +204,8 @@ bool Telemetry::servos() {
 }
 
 bool Telemetry::system_status() {
-  constexpr uint32_t kInertial = MAV_SYS_STATUS_SENSOR_3D_GYRO | MAV_SYS_STATUS_SENSOR_3D_ACCEL | MAV_SYS_STATUS_SENSOR_3D_MAG;
+  constexpr uint32_t kInertial =
+      MAV_SYS_STATUS_SENSOR_3D_GYRO | MAV_SYS_STATUS_SENSOR_3D_ACCEL | MAV_SYS_STATUS_SENSOR_3D_MAG;
   constexpr uint32_t kPressure = MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE;
   constexpr uint32_t kBattery = MAV_SYS_STATUS_SENSOR_BATTERY;
   const CauseSet active = parts_.safety.active();
@@ -213,7 +214,8 @@ bool Telemetry::system_status() {
   m.onboard_control_sensors_enabled = m.onboard_control_sensors_present;
   if (parts_.imu.state() == ImuState::running) m.onboard_control_sensors_health |= kInertial;
   if (parts_.depth_sensor.running()) m.onboard_control_sensors_health |= kPressure;
-  if (!(active & (bit(Cause::battery_low) | bit(Cause::battery_critical)))) m.onboard_control_sensors_health |= kBattery;
+  if (!(active & (bit_of(Cause::battery_low) | bit_of(Cause::battery_critical))))
+    m.onboard_control_sensors_health |= kBattery;
   m.load = to_uint16(static_cast<float>(parts_.loop.mean_us) * 0.1f);
   m.voltage_battery = to_uint16(parts_.power.voltage_v() * 1000.0f);
   m.current_battery = to_int16(parts_.power.current_a() * 100.0f);

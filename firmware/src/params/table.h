@@ -1,6 +1,7 @@
 // The one table of parameters: PARAMETER(name, default, minimum, maximum, unit, meaning).
 //
-// Names have at most 16 characters. Code, parameter service, range checks, storage and documentation all come from here.
+// Names have at most 16 characters. Code, parameter service, range checks, storage and documentation all come from
+// here.
 // clang-format off
 PARAMETER(SYS_ID,      1,      1,     250,   "",       "MAVLink system id of this vehicle")
 PARAMETER(FS_ACTION,   1,      1,     2,     "",       "failsafe action on a lost setpoint or companion: 1 surface, 2 stop")

@@ -55,7 +55,7 @@ uint16_t add_saturated(uint16_t value, uint16_t step) {
 
 // Whether the condition of a cause holds at this moment; a cause that is active clears only past its hysteresis.
 bool Safety::holds(Cause cause, const Health& health, const Parameters& parameters) const {
-  const bool was = (active_ & bit(cause)) != 0;
+  const bool was = (active_ & bit_of(cause)) != 0;
   const float more_volts = was ? kVoltageHysteresis : 0.0f;
   // A vehicle that was just armed has the full time to receive its first setpoint.
   const uint16_t setpoint_age = health.setpoint_age_ms < armed_ms_ ? health.setpoint_age_ms : armed_ms_;
@@ -96,22 +96,22 @@ void Safety::step(const Health& health, const Parameters& parameters, uint16_t d
     const Cause cause = static_cast<Cause>(i);
     const Rule rule = read_flash(kRows[i].rule);
     const bool holding = (driving_now || !rule.only_armed) && holds(cause, health, parameters);
-    const bool active = (active_ & bit(cause)) != 0;
-    present_ = holding ? present_ | bit(cause) : present_ & ~bit(cause);
+    const bool active = (active_ & bit_of(cause)) != 0;
+    present_ = holding ? present_ | bit_of(cause) : present_ & ~bit_of(cause);
     if (holding == active) {
       since_ms_[i] = 0;
     } else if (since_ms_[i] >= (holding ? rule.set_ms : rule.clear_ms)) {
-      active_ ^= bit(cause);
+      active_ ^= bit_of(cause);
       since_ms_[i] = 0;
     } else {
       since_ms_[i] = add_saturated(since_ms_[i], dt_ms);
     }
-    if (!(active_ & bit(cause)) || !driving_now) continue;
+    if (!(active_ & bit_of(cause)) || !driving_now) continue;
 
     const bool stops = parameters.get(Parameter::FS_ACTION) >= 1.5f;
     const Action action = rule.action != kByParameter ? static_cast<Action>(rule.action)
-                          : stops                    ? Action::stop
-                                                     : Action::surface;
+                          : stops                     ? Action::stop
+                                                      : Action::surface;
     if (action >= Action::surface) {
       mode_ = Mode::failsafe;
       if (action > latched_) latched_ = action;
@@ -129,7 +129,7 @@ Action Safety::action() const {
 CauseSet Safety::refusals() const {
   CauseSet refusing = 0;
   for (uint8_t i = 0; i < kCauseCount; ++i) {
-    if (read_flash(kRows[i].rule.refuses)) refusing |= bit(static_cast<Cause>(i));
+    if (read_flash(kRows[i].rule.refuses)) refusing |= bit_of(static_cast<Cause>(i));
   }
   return refusing & (present_ | active_);
 }
@@ -139,7 +139,7 @@ bool Safety::arm() {
   if (mode_ != Mode::armed) armed_ms_ = 0;
   mode_ = Mode::armed;
   latched_ = Action::none;
-  active_ &= static_cast<CauseSet>(~(bit(Cause::setpoint_stale) | bit(Cause::setpoint_lost)));
+  active_ &= static_cast<CauseSet>(~(bit_of(Cause::setpoint_stale) | bit_of(Cause::setpoint_lost)));
   return true;
 }
 

@@ -35,7 +35,7 @@ enum class Cause : uint8_t {
 };
 constexpr uint8_t kCauseCount = static_cast<uint8_t>(Cause::count);
 using CauseSet = uint16_t;
-constexpr CauseSet bit(Cause cause) { return static_cast<CauseSet>(1U << static_cast<uint8_t>(cause)); }
+constexpr CauseSet bit_of(Cause cause) { return static_cast<CauseSet>(1U << static_cast<uint8_t>(cause)); }
 
 // What the rooms report to safety each tick. Ages are in ms and saturate.
 struct Health {
