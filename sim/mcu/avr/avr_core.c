@@ -107,6 +107,8 @@ static void interrupt_entered(avr_irq_t *irq, uint32_t vector, void *param) {
 /* Every reset wiped simavr's timers and registers: put ours back. */
 static void restart_parts(mcu *m) {
   m->avr->run_cycle_limit = RUN_CYCLE_LIMIT;
+  /* simavr polls a low pin of an external interrupt every cycle, enabled or not; the stern servo's is one. */
+  for (uint8_t i = 0; i < EXTINT_COUNT; ++i) avr_extint_set_strict_lvl_trig(m->avr, i, 0);
   avr_spi_restart(m);
   avr_twi_restart(m);
   avr_uart_restart(m);
