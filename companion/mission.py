@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.config import Problem, load, option, section
+from companion.config import Problem, load
+from companion.config.options import option, section
 from companion.shapes import SHAPES, centred
 
 DECISION_PERIOD_S = 0.1  # of every companion: ten decisions a second
@@ -80,8 +81,8 @@ class PathConfig:
         unit="m",
     )
 
-    # Origin and waypoints (W + 1, 3), m, north, east, down; a waypoint without depth keeps that of the one before.
     def corners(self) -> NDArray[np.float64]:
+        """Origin and waypoints (W + 1, 3), m: north, east, down; a waypoint without depth keeps the one before."""
         corners = [list(self.origin_m)]
         for waypoint in self.waypoints_m:
             corners.append([*waypoint[:2], waypoint[2] if len(waypoint) == 3 else corners[-1][2]])
@@ -133,8 +134,8 @@ class Mission:
         key = (vehicle, zlib.crc32(purpose.encode()))
         return np.random.Generator(np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key)))
 
-    # The checks between settings.
     def problems(self) -> Iterator[Problem]:
+        """The checks between settings."""
         shape = self.formation
         if (shape.shape == _OWN_POINTS) != bool(shape.points_m):
             must = 'must hold at least one point for shape "points", and be absent for any other shape'
@@ -222,7 +223,7 @@ def _path_problems(mission: Mission, points: NDArray[np.float64]) -> Iterator[Pr
     for index, leg in enumerate(legs):
         need = arcs[index] + arcs[index + 1]
         if leg < need - 1e-9:
-            text = f"leg of {leg:.3g} m is too short for its turns, must be at least {need:.3g} m (or reduce turn_radius_m)"
+            text = f"leg of {leg:.3g} m is too short for its arcs, must be at least {need:.3g} m (or turn tighter)"
             yield Problem("path", f"waypoints_m[{index}]", list(path.waypoints_m[index]), text)
     depths = corners[:, 2][:, None] + points[:, 2]
     for index, row in enumerate(depths):

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 Points = NDArray[np.float64]
 
 
-# Rows of 1, 2, 3, ... points on an equilateral grid, tip ahead; an incomplete last row fills from its middle.
 def triangle(count: int, spacing: float) -> Points:
+    """Rows of 1, 2, 3, ... points on an equilateral grid, tip ahead; an incomplete last row fills from its middle."""
     points: list[tuple[float, float, float]] = []
     row = 0
     while len(points) < count:
@@ -26,32 +26,32 @@ def triangle(count: int, spacing: float) -> Points:
     return np.array(points)
 
 
-# Side by side.
 def line(count: int, spacing: float) -> Points:
+    """Side by side."""
     return np.array([(0.0, i * spacing, 0.0) for i in range(count)])
 
 
-# One behind the other.
 def column(count: int, spacing: float) -> Points:
+    """One behind the other."""
     return np.array([(-i * spacing, 0.0, 0.0) for i in range(count)])
 
 
-# A V with its tip ahead and a right angle between its arms, filled from the tip, left and right in turn.
 def wedge(count: int, spacing: float) -> Points:
+    """A V with its tip ahead and a right angle between its arms, filled from the tip, left and right in turn."""
     step = spacing / math.sqrt(2)
     return np.array([(-((i + 1) // 2) * step, ((i + 1) // 2) * step * (-1) ** i, 0.0) for i in range(count)])
 
 
-# A square grid standing on its corner, filled from the tip ahead.
 def diamond(count: int, spacing: float) -> Points:
+    """A square grid standing on its corner, filled from the tip ahead."""
     side = math.ceil(math.sqrt(count))
     step = spacing / math.sqrt(2)
     cells = sorted(((i, j) for i in range(side) for j in range(side)), key=lambda c: (c[0] + c[1], abs(c[0] - c[1]), c))
     return np.array([(-(i + j) * step, (i - j) * step, 0.0) for i, j in cells[:count]])
 
 
-# The corners of a regular polygon with sides of `spacing`, the first one ahead.
 def polygon(count: int, spacing: float) -> Points:
+    """The corners of a regular polygon with sides of `spacing`, the first one ahead."""
     radius = spacing / (2 * math.sin(math.pi / count)) if count > 1 else 0.0
     angles = [2 * math.pi * i / count for i in range(count)]
     return np.array([(radius * math.cos(angle), radius * math.sin(angle), 0.0) for angle in angles])
@@ -67,6 +67,6 @@ SHAPES: dict[str, Callable[[int, float], Points]] = {
 }
 
 
-# The same points about their mean.
 def centred(points: Points) -> Points:
+    """The same points about their mean."""
     return np.asarray(points - points.mean(axis=0))

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One complaint: `section` is the dotted table name ("" for the top of the file), `key` "" for the whole section."""
+    """One complaint: `section` is the dotted table name ("": top of the file), `key` is "" for the whole section."""
 
     section: str
     key: str
     value: object
     text: str
 
-    # The complaint as one line, in the spelling of the file.
     def line(self, file: str) -> str:
+        """The complaint as one line, in the spelling of the file."""
         place = f"{file}:"
         if self.section:
             place += f" [{self.section}]"
@@ -41,13 +41,13 @@ class _Missing:
 MISSING = _Missing()
 
 
-# " = value" as TOML writes it, cut to a length that leaves the message readable; "" for a key that is not there.
 def spell_assignment(value: object) -> str:
+    """The right side of an assignment as TOML writes it, cut to a readable length; "" for a key that is not there."""
     return "" if value is MISSING else f" = {spell(value)}"
 
 
-# A value as TOML writes it.
 def spell(value: object, longest: int = 60) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, str):

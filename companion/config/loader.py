@@ -60,8 +60,8 @@ class _Reader:
         self.base = base
         self.problems: list[Problem] = []
 
-    # One table into one dataclass; the checks between settings run only where each setting is good by itself.
     def table(self, kind: type[Any], table: Mapping[str, Any], section: str) -> Any:
+        """One table into one dataclass; the checks between settings run only where each setting is good by itself."""
         before = len(self.problems)
         fields = {field.name: field for field in dataclasses.fields(kind) if field.init}
         hints = typing.get_type_hints(kind)
@@ -96,15 +96,15 @@ class _Reader:
         what = "; ".join(part for part in (declared.meaning, declared.expectation()) if part)
         self.problems.append(Problem(section, key, MISSING, f"must be given ({what})"))
 
-    # Complains about one value in the words of its declaration.
     def complain(self, section: str, key: str, value: object, must: str, declared: Option) -> Any:
+        """Complains about one value in the words of its declaration."""
         allowed = declared.expectation()
         suffix = f" ({allowed})" if allowed and allowed not in must else ""
         self.problems.append(Problem(section, key, value, f"must be {must}{suffix}"))
         return _BAD
 
-    # One value of any declared type.
     def value(self, hint: Any, value: Any, section: str, key: str, declared: Option) -> Any:
+        """One value of any declared type."""
         origin = typing.get_origin(hint)
         if origin in (Union, types.UnionType):
             [hint] = [part for part in typing.get_args(hint) if part is not type(None)]

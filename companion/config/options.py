@@ -5,8 +5,8 @@
         depth_max_m: float = option("Greatest depth allowed", default=30.0, low=0.5, high=100.0, unit="m")
 
 Types that a file can hold: bool, int, float, str, Path (relative to the file), datetime (with offset), tuple[T, ...],
-fixed tuples such as tuple[float, float], dict[str, T], another such dataclass (a table), tuple[dataclass, ...] (an array
-of tables), and `T | None` (None when the key is absent). A method `problems(self) -> Iterable[Problem]` of a dataclass
+fixed tuples such as tuple[float, float], dict[str, T], another such dataclass (a table), tuple[dataclass, ...] (an
+array), and `T | None` (None when the key is absent). A method `problems(self) -> Iterable[Problem]` of a dataclass
 holds the checks between its settings; sections are named relative to it.
 """
 
@@ -35,8 +35,8 @@ class Option:
     least: int = 0
     lengths: tuple[int, ...] = ()
 
-    # What a value must be, for errors and documentation: "from 0.5 to 100 m".
     def expectation(self) -> str:
+        """What a value must be, for errors and documentation: "from 0.5 to 100 m"."""
         unit = f" {self.unit}" if self.unit else ""
         if self.choices:
             return "one of " + ", ".join(str(choice) for choice in self.choices) + unit
@@ -52,8 +52,6 @@ class Option:
         return " and ".join(parts) or (f"in {self.unit}" if self.unit else "")
 
 
-# Declares a setting: `above` is an exclusive lower bound, `pattern` a regular expression that a string matches whole,
-# `least` the least number of entries of a list, `lengths` the lengths allowed for the lists inside a list.
 def option(
     meaning: str,
     *,
@@ -67,19 +65,24 @@ def option(
     least: int = 0,
     lengths: Sequence[int] = (),
 ) -> Any:
+    """Declares a setting.
+
+    `above` is an exclusive lower bound, `pattern` a regular expression that a string matches whole, `least` the least
+    number of entries of a list, `lengths` the lengths allowed for the lists inside a list.
+    """
     declared = Option(meaning, unit, low, high, above, tuple(choices), pattern, least, tuple(lengths))
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: dict(default), metadata={_KEY: declared})
     return dataclasses.field(default=default, metadata={_KEY: declared})
 
 
-# Declares a table of settings; without `required` an absent table takes all of its defaults.
 def section(meaning: str, kind: type[Any], *, required: bool = False) -> Any:
+    """Declares a table of settings; without `required` an absent table takes all of its defaults."""
     if required:
         return dataclasses.field(metadata={_KEY: Option(meaning)})
     return dataclasses.field(default_factory=kind, metadata={_KEY: Option(meaning)})
 
 
-# The declaration of a field; a field declared without one may hold anything of its type.
 def declaration(field: dataclasses.Field[Any]) -> Option:
+    """The declaration of a field; a field declared without one may hold anything of its type."""
     return field.metadata.get(_KEY, Option(""))  # type: ignore[no-any-return]

@@ -27,10 +27,11 @@ class FirmwareConfig:
     """What the companion sets in the firmware at connect, before arming."""
 
     parameters: dict[str, float] = option(
-        "Parameters to set and verify, by name", default={}, pattern="[A-Z][A-Z0-9_]{0,15}"
+        "Parameters to set and verify, by name", default={}, pattern="[A-Z][A-Z0-9_]{0,15}", low=-3.4e38, high=3.4e38
     )
 
     def problems(self) -> Iterator[Problem]:
+        """The checks between settings."""
         if "SYS_ID" in self.parameters:
             yield Problem("parameters", "SYS_ID", self.parameters["SYS_ID"], "must be absent: `vehicle` sets it")
 
@@ -44,6 +45,7 @@ class SightingsConfig:
     stale_s: float = option("Age from which a sighting is no longer used", default=1.0, low=0.1, high=60.0, unit="s")
 
     def problems(self) -> Iterator[Problem]:
+        """The checks between settings."""
         if (self.unix is None) == (self.tcp is None):
             yield Problem("", "unix", MISSING, "exactly one of unix and tcp must be given (where sightings come from)")
         if self.tcp is not None and not 1 <= int(self.tcp.rsplit(":", 1)[1]) <= 65535:
@@ -65,7 +67,11 @@ class VehicleConfig:
 
     vehicle: int = option("Number of this vehicle", low=1, high=250)
     mission: Path = option("Mission file, relative to this file")
-    arm: bool = option("Arm by itself when everything is ready and the mission has begun", default=True)
+    arm: str = option(
+        "Arm when everything is ready and the mission has begun: never, once, or again after each failsafe (always)",
+        default="once",
+        choices=("never", "once", "always"),
+    )
     serial: SerialConfig = section("Line to the firmware", SerialConfig, required=True)
     firmware: FirmwareConfig = section("Settings of the firmware", FirmwareConfig)
     sightings: SightingsConfig = section("Source of sightings", SightingsConfig, required=True)

@@ -1,0 +1,121 @@
+"""The command `shoal` on the vehicle: run the companion, check its files."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from companion.config import ConfigError, load
+from companion.config.vehicle import VehicleConfig, load_vehicle
+from companion.mission import Mission, load_mission
+
+EXIT_BAD_CONFIG = 2
+
+_EPILOG = (
+    "Exit status: 0 when all is well, 2 when a file or an argument is wrong. Errors name file, section, key and range."
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command of `shoal`; returns its exit status."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    try:
+        return _run(options) if options.command == "run" else _check(options.files)
+    except ConfigError as error:
+        for line in error.lines:
+            print(f"shoal: {line}", file=sys.stderr)
+        return EXIT_BAD_CONFIG
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="shoal", description="The companion of one vehicle of a formation without leader.", epilog=_EPILOG
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    run = commands.add_parser(
+        "run",
+        help="run the companion until SIGTERM",
+        description=(
+            "Runs the companion of this vehicle: ten times a second it takes sightings and telemetry, picks its point "
+            "of the formation and commands the firmware. A serial port or a source of sightings that is absent is waited "
+            "for. SIGTERM or Ctrl-C: neutral, disarmed, end."
+        ),
+        epilog=_EPILOG,
+    )
+    run.add_argument("--config", type=Path, required=True, metavar="FILE", help="the vehicle file (TOML)")
+    run.add_argument(
+        "--status-json", action="store_true", help="print every tick's status as one line of JSON instead of text"
+    )
+    check = commands.add_parser(
+        "check",
+        help="validate vehicle and mission files",
+        description="Validates vehicle files (those with a `vehicle` key or a [serial] section) and mission files, and "
+        "says what they ask for. A vehicle file's mission is validated with it.",
+        epilog=_EPILOG,
+    )
+    check.add_argument("files", type=Path, nargs="+", metavar="FILE", help="a vehicle or mission file (TOML)")
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    vehicle, mission = _load_both(options.config)
+    from companion.run import run  # the parts that need hardware libraries, after the files were found good
+
+    return run(vehicle, mission, json_lines=options.status_json)
+
+
+# Checks every file, so that all that is wrong is told at once.
+def _check(files: Sequence[Path]) -> int:
+    complaints: list[str] = []
+    for path in files:
+        try:
+            if _is_vehicle(path):
+                vehicle, mission = _load_both(path)
+                print(
+                    f"{path}: vehicle {vehicle.vehicle} on {vehicle.serial.port} at {vehicle.serial.baud} bit/s, good"
+                )
+                print(f"{vehicle.mission}: {_describe(mission)}, good")
+            else:
+                print(f"{path}: {_describe(load_mission(path))}, good")
+        except ConfigError as error:
+            complaints += error.lines
+    if complaints:
+        raise ConfigError(complaints)
+    return 0
+
+
+# What a file wants to be; one that cannot be read is left to its loader to complain about.
+def _is_vehicle(path: Path) -> bool:
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return "vehicle" in table or "serial" in table
+
+
+def _load_both(path: Path) -> tuple[VehicleConfig, Mission]:
+    vehicle = load_vehicle(path)
+    mission = load(Mission, vehicle.mission)
+    if vehicle.vehicle > mission.vehicles:
+        text = f"must be from 1 to the mission's number of vehicles ({mission.vehicles} in {vehicle.mission})"
+        raise ConfigError([f"{path}: vehicle = {vehicle.vehicle}: {text}"])
+    return vehicle, mission
+
+
+def _describe(mission: Mission) -> str:
+    points, corners = mission.points(), mission.path.corners()
+    length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
+    return (
+        f'mission "{mission.name}", {mission.vehicles} vehicles for {len(points)} points ({mission.formation.shape}), '
+        f"path of {length:.0f} m at {mission.path.pace_mps:g} m/s"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
