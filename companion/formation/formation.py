@@ -1,0 +1,138 @@
+"""Which point of the formation is this vehicle's own: the rules, applied once a tick, and what they must remember."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from companion.formation import rules
+from companion.formation.rules import Look, Memory, Point, Senses
+from companion.formation.som import PAPER, SOM, organise
+from companion.formation.tuning import Tuning
+from companion.formation.virtual import VirtualFormation, VirtualState
+from companion.mission import Mission
+from companion.scene import Decision, Phase, Scene
+
+LOOK_PERIOD_S = 1.0  # between two looks that are kept to tell the dead by
+SCENE_LIMIT_S = 1.0  # an older scene is no scene
+SWEEPS = 30  # of Algorithm 1 in a tick: enough where it converges, not too long where it does not
+
+
+@dataclass(slots=True)
+class _State:
+    """What one vehicle remembers from tick to tick."""
+
+    memory: Memory
+    point: int | None = None
+    looks: list[Look] = field(default_factory=list)
+    switches: float = 0.0
+    calm_until: float = -math.inf
+
+
+class Formation:
+    """Decides for one vehicle.
+
+    A pure function of mission and inputs: same scenes at same times, same decisions, whatever the vehicle's number and
+    in whatever order its neighbours are listed.
+    """
+
+    def __init__(self, mission: Mission, vehicle: int, tuning: Tuning | None = None) -> None:
+        self.vehicle = vehicle
+        self.virtual = VirtualFormation(mission)
+        self._tuning = tuning or Tuning.derive(mission)
+        self._form = mission.formation.form
+        self._seed = mission.seed
+        count = len(mission.points())
+        order = np.random.default_rng((mission.seed, 0x50)).permutation(count)
+        self._rank: list[int] = np.argsort(order).tolist()
+        self._state = _State(Memory.blank(count))
+        self._last: tuple[float, VirtualState] | None = None
+        self._elapsed = 0.0
+        self._settled = -math.inf
+
+    def step(self, now: float, scene: Scene) -> Decision:
+        """One tick at `now`, s: the own point and where it is, or a hold with its reason (target None)."""
+        virtual = self.virtual.at(now)
+        reason = self._clock(now, virtual)
+        if reason:
+            return self._hold(virtual, reason)
+        if virtual.phase is Phase.WAITING:
+            self._forget()
+            return self._hold(virtual, "waiting for the start")
+        if not abs(now - scene.stamp) <= SCENE_LIMIT_S:
+            return self._hold(virtual, "scene is stale")
+        senses = rules.sense(scene, self._tuning)
+        if senses is None:
+            return self._hold(virtual, "own position is unknown")
+        points: list[Point] = list(map(tuple, virtual.points.tolist()))
+        point = self._choose(now, senses, points)
+        self._count_switch(now, point)
+        self._state.point = point
+        if point is None:
+            return self._hold(virtual, "no free point")
+        target = virtual.points[point]
+        error = math.dist(senses.me.position, points[point])
+        return Decision(virtual.phase, point, virtual.points, target, virtual.velocities[point], error)
+
+    def _choose(self, now: float, senses: Senses, points: list[Point]) -> int | None:
+        state, tuning = self._state, self._tuning
+        alive = [
+            other for other in senses.others if not rules.dead(other, now, state.looks, points, senses.current, tuning)
+        ]
+        self._keep_look(now, senses)
+        state.memory = rules.remember(state.memory, now, senses, points, tuning)
+        vehicles = sorted((senses.me, *alive), key=lambda rival: rival.position)
+        me = vehicles.index(senses.me)
+        chosen = rules.candidates(state.memory, senses, points, len(vehicles), tuning)
+        if self._form != "price":
+            return self._organise(chosen, points, [rival.position for rival in vehicles], me)
+        calm = now < state.calm_until
+        costs = [
+            rules.cost_row(rival, state.point if i == me else None, calm, senses, points, chosen, tuning)
+            for i, rival in enumerate(vehicles)
+        ]
+        return rules.compete(costs, me, chosen, self._rank)
+
+    # Algorithm 1 as it is, for comparison, among those in sight; a point not won this time stays as it was.
+    def _organise(self, chosen: list[int], points: list[Point], vehicles: list[Point], me: int) -> int | None:
+        settings = replace(SOM if self._form == "som" else PAPER, max_sweeps=SWEEPS)
+        inputs = np.array([points[i] for i in chosen])
+        outcome = organise(inputs, np.array(vehicles), settings, (self._seed, 0x50))
+        return chosen[outcome.winner.index(me)] if me in outcome.winner else self._state.point
+
+    # A clock that jumps, either way, makes nonsense of where the points are: hold until it runs on evenly.
+    def _clock(self, now: float, virtual: VirtualState) -> str:
+        if not math.isfinite(now):
+            return "clock is not finite"
+        last, self._last = self._last, (now, virtual)
+        if last is not None:
+            self._elapsed = now - last[0]
+            moved = np.abs(virtual.points - last[1].points).max()
+            if self._elapsed < 0.0 or moved > self._tuning.step_m:
+                self._forget()
+                self._settled = now + self._tuning.settle_s
+        jumped = self._settled - self._tuning.settle_s <= now < self._settled
+        return "clock jumped" if jumped else ""
+
+    def _count_switch(self, now: float, point: int | None) -> None:
+        state, tuning = self._state, self._tuning
+        state.switches = max(state.switches - self._elapsed / tuning.switch_leak_s, 0.0)
+        if state.point is not None and point != state.point:
+            state.switches += 1.0
+            if state.switches > tuning.switches_allowed:
+                state.switches, state.calm_until = 0.0, now + tuning.calm_s
+
+    def _keep_look(self, now: float, senses: Senses) -> None:
+        looks = self._state.looks
+        if not looks or now - looks[-1].time >= LOOK_PERIOD_S:
+            looks.append(Look(now, tuple(other.position for other in senses.others)))
+            while len(looks) > 1 and now - looks[1].time >= self._tuning.dead_window_s:
+                del looks[0]
+
+    def _forget(self) -> None:
+        self._state = _State(Memory.blank(len(self._rank)))
+
+    def _hold(self, virtual: VirtualState, reason: str) -> Decision:
+        return Decision(virtual.phase, self._state.point, virtual.points, None, np.zeros(3), None, reason)
