@@ -6,7 +6,7 @@ MAKEFLAGS += --no-print-directory
 
 ARGS ?=
 PYTHON := .venv/bin/python
-BUILD = $(MAKE) -f scripts/build.mk $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
+BUILD = $(MAKE) -s -f scripts/build.mk $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 MCU = $(shell scripts/setup mcu)
 
 C_FILES = $(shell git ls-files --cached --others --exclude-standard '*.c' '*.cpp' '*.h' '*.ino')
@@ -52,8 +52,9 @@ sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino
 	@scripts/sketch
 
 .PHONY: plant
-plant: protocol ## build the simulated fleet, round simavr and natively (20 seconds)
-	@if [ "$$(scripts/setup mcu)" = avr ]; then $(BUILD) firmware plant-avr plant-native; else $(BUILD) plant-native; fi
+plant: protocol ## build the image and the simulated fleet, round simavr and natively (40 seconds)
+	@if [ "$$(scripts/setup mcu)" = avr ]; \
+		then $(BUILD) firmware plant-avr plant-native; else $(BUILD) plant-native; fi
 
 # --- what is run -----------------------------------------------------------------------------------------------------
 

@@ -8,7 +8,9 @@ ALL_SOURCES = $(shell find $(1) -name '$(2)' 2>/dev/null | LC_ALL=C sort)
 .DELETE_ON_ERROR:
 .SUFFIXES:
 .PHONY: firmware plant-avr plant-native
-firmware: build/firmware/firmware.hex build/firmware/size.json
+firmware: build/firmware/firmware.hex
+	@echo 'firmware: $<'
+	@scripts/size build/firmware/firmware.elf $(FLASH_BUDGET) $(RAM_BUDGET) build/firmware/size.json
 plant-avr: build/lib/libshoal_plant_avr.so
 plant-native: build/lib/libshoal_plant_native.so
 
@@ -69,10 +71,6 @@ build/firmware/firmware.elf: $(FIRMWARE_OBJECTS) build/firmware/core.a
 
 build/firmware/firmware.hex: build/firmware/firmware.elf
 	@avr-objcopy -O ihex -R .eeprom $< $@
-
-# Stays out of date, and so says it again, while a budget is exceeded.
-build/firmware/size.json: build/firmware/firmware.elf scripts/size $(MAKEFILE_LIST)
-	@scripts/size $< $(FLASH_BUDGET) $(RAM_BUDGET) $@
 
 # --- the simulated fleet, once round simavr (GPLv3) and once round the firmware's own sources ------------------------
 

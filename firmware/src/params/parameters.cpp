@@ -10,22 +10,14 @@
 namespace shoal {
 namespace {
 
+// A name longer than 16 characters does not compile.
 struct Definition {
-  char name[kParameterNameLength];
+  char name[kParameterNameLength + 1];
   float initial, low, high;
 };
 
-// A literal longer than 16 characters does not compile; one of exactly 16 is stored without terminator.
-template <unsigned length>
-constexpr Definition define(const char (&name)[length], float initial, float low, float high) {
-  static_assert(length <= kParameterNameLength + 1, "a parameter's name has at most 16 characters");
-  Definition d = {{}, initial, low, high};
-  for (unsigned i = 0; i + 1 < length; ++i) d.name[i] = name[i];
-  return d;
-}
-
 constexpr Definition kTable[kParameterCount] PROGMEM = {
-#define PARAMETER(name, initial, low, high, unit, meaning) define(#name, initial, low, high),
+#define PARAMETER(name, initial, low, high, unit, meaning) {#name, initial, low, high},
 #include "table.h"
 #undef PARAMETER
 };
