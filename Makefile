@@ -44,15 +44,18 @@ protocol/generated/__init__.py: protocol/dialect.toml protocol/private.xml proto
 .PHONY: firmware
 firmware: protocol ## build the ATmega2560 image, print flash and RAM against their budgets (20 seconds)
 	@scripts/setup avr
+	@echo 'firmware: the ATmega2560 image (20 seconds from scratch)'
 	@$(BUILD) firmware
 
 .PHONY: sketch
 sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino sketch (30 seconds)
 	@scripts/setup sketch
+	@echo 'sketch: compiling firmware/ as Arduino would (30 seconds)'
 	@scripts/sketch
 
 .PHONY: plant
 plant: protocol ## build the image and the simulated fleet, round simavr and natively (40 seconds)
+	@echo 'plant: image and simulated fleet (40 seconds from scratch)'
 	@if [ "$$(scripts/setup mcu)" = avr ]; \
 		then $(BUILD) firmware plant-avr plant-native; else $(BUILD) plant-native; fi
 
@@ -60,11 +63,12 @@ plant: protocol ## build the image and the simulated fleet, round simavr and nat
 
 .PHONY: demo
 demo: plant ## six vehicles form a triangle and travel a path (2 minutes; ARGS=--headless without the page)
-	@echo "demo: six vehicles on the $(MCU) make of the microcontroller"
+	@echo "demo: six vehicles, $(MCU) make of the microcontroller (2 minutes)"
 	@.venv/bin/shoal-sim run demo --mcu $(MCU) $(ARGS)
 
 .PHONY: test
 test: plant ## run all tests (under 10 minutes; ARGS='-k link' for some)
+	@echo 'test: the whole suite, simulated vehicles included (under 10 minutes)'
 	@$(PYTHON) -m pytest -n 2 --dist loadfile $(ARGS)
 
 .PHONY: lint
@@ -80,6 +84,7 @@ lint: protocol ## check style and types: ruff, mypy, clang-format, cppcheck (1 m
 
 .PHONY: bench
 bench: plant ## measure how much faster than real time the simulator is, and why not more (2 minutes)
+	@echo 'bench: speed of the simulator on both makes (2 minutes)'
 	@.venv/bin/shoal-sim bench $(ARGS)
 
 .PHONY: docs
