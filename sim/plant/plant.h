@@ -10,7 +10,7 @@
 typedef struct plant_vehicle {
   /* Written by the plant. */
   hull_state hull;
-  double servo_us[3]; /* bow, stern, motor: last complete pulse */
+  double pulse_us[3];  /* bow, stern, motor: last complete pulse */
   double travelled_m; /* path length over ground since creation */
   mcu_counters counters;
 
@@ -19,13 +19,13 @@ typedef struct plant_vehicle {
 } plant_vehicle;
 
 typedef struct plant_config {
-  const char *image; /* ELF for the `avr` make; unused for `native` */
+  const char *image; /* ELF for the `avr` make; unused for `native` and `null` */
   int vehicles;
   int threads;
   uint64_t seed;
   uint32_t baud;
-  double step_s; /* of the hull, sensors and microcontroller */
-  hull_parameters hull;
+  uint32_t step_us;             /* of the hull, sensors and microcontroller */
+  const hull_parameters *hulls; /* one a vehicle */
   sensor_parameters sensors;
 } plant_config;
 
@@ -35,13 +35,18 @@ typedef struct plant plant;
 plant *plant_create(const plant_config *config, const hull_state *starts, char *error, size_t error_size);
 void plant_destroy(plant *p);
 
-/* Runs every vehicle until the absolute time; 0, or the 1-based number of a vehicle whose firmware crashed. */
+/* Runs every vehicle until the absolute time, rounded down to a whole step; 0, or the 1-based number of the first
+ * vehicle that has failed. A failed vehicle stays where it is, the others run on. */
 int plant_run_until(plant *p, uint64_t time_us);
+uint64_t plant_time_us(const plant *p);
+/* Why a vehicle failed; empty while it runs. Vehicles count from 0 here and below. */
 const char *plant_failure(const plant *p, int vehicle);
 
 plant_vehicle *plant_get_vehicle(plant *p, int vehicle);
 mcu_faults *plant_get_faults(plant *p, int vehicle);
 sensor_faults *plant_get_sensor_faults(plant *p, int vehicle);
+const mcu_readings *plant_get_readings(plant *p, int vehicle);
 size_t plant_uart_write(plant *p, int vehicle, int port, const uint8_t *bytes, size_t count, uint64_t not_before_us);
 size_t plant_uart_read(plant *p, int vehicle, int port, uint8_t *bytes, size_t capacity);
+void plant_eeprom_read(plant *p, int vehicle, uint8_t bytes[MCU_EEPROM_BYTES]);
 void plant_power_cycle(plant *p, int vehicle);
