@@ -57,7 +57,7 @@ sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino
 plant: protocol ## build the image and the simulated fleet, round simavr and natively (40 seconds)
 	@echo 'plant: image and simulated fleet (40 seconds from scratch)'
 	@if [ "$$(scripts/setup mcu)" = avr ]; \
-		then $(BUILD) firmware plant-avr plant-native; else $(BUILD) plant-native; fi
+		then $(BUILD) firmware plant-avr plant-native plant-null; else $(BUILD) plant-native plant-null; fi
 
 # --- what is run -----------------------------------------------------------------------------------------------------
 

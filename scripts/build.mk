@@ -7,12 +7,13 @@ ALL_SOURCES = $(shell find $(1) -name '$(2)' 2>/dev/null | LC_ALL=C sort)
 
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: firmware plant-avr plant-native
+.PHONY: firmware plant-avr plant-native plant-null
 firmware: build/firmware/firmware.hex
 	@echo 'firmware: $<'
 	@scripts/size build/firmware/firmware.elf $(FLASH_BUDGET) $(RAM_BUDGET) build/firmware/size.json
 plant-avr: build/lib/libshoal_plant_avr.so
 plant-native: build/lib/libshoal_plant_native.so
+plant-null: build/lib/libshoal_plant_null.so
 
 SHOW = @printf '  %-8s %s\n' $(1) $(2)
 MAKE_DIRECTORY = @mkdir -p $(@D)
@@ -80,6 +81,9 @@ AVR_MAKE_SOURCES := $(SHARED_SOURCES) $(wildcard sim/mcu/avr/*.c)
 NATIVE_MAKE_SOURCES := $(SHARED_SOURCES) $(wildcard sim/mcu/native/*.c sim/mcu/native/*.cpp) \
 	$(filter-out %/board_mega.cpp,$(call ALL_SOURCES,firmware/src,*.cpp))
 
+# Hull and sensors without firmware, for work on them alone.
+NULL_MAKE_SOURCES := $(wildcard sim/plant/*.c sim/plant/null/*.c)
+
 build/host/%.c.o: %.c $(MAKEFILE_LIST)
 	$(MAKE_DIRECTORY)
 	$(call SHOW,cc,$<)
@@ -99,5 +103,10 @@ build/lib/libshoal_plant_native.so: $(NATIVE_MAKE_SOURCES:%=build/host/%.o)
 	$(MAKE_DIRECTORY)
 	$(call SHOW,link,$@)
 	@$(CXX) -shared -pthread -Wl,--no-undefined $^ -lm -o $@
+
+build/lib/libshoal_plant_null.so: $(NULL_MAKE_SOURCES:%=build/host/%.o)
+	$(MAKE_DIRECTORY)
+	$(call SHOW,link,$@)
+	@$(CC) -shared -pthread -Wl,--no-undefined $^ -lm -o $@
 
 -include $(shell find build -name '*.d' 2>/dev/null)

@@ -87,7 +87,7 @@ class Coefficients:
 def _entry(origin: str, name: str, table: Mapping[str, object]) -> Coefficient:
     value, unit, source = table.get("value"), table.get("unit"), table.get("source")
     if set(table) != ENTRY_KEYS or not isinstance(unit, str) or not isinstance(source, str) or not source:
-        raise PlantError(f"{origin}: {name}: must have exactly value, unit and a source (or \"assumed\")")
+        raise PlantError(f'{origin}: {name}: must have exactly value, unit and a source (or "assumed")')
     if isinstance(value, str):
         return Coefficient(value, unit, source)
     if isinstance(value, (int, float)) and not isinstance(value, bool):

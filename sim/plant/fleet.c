@@ -96,7 +96,8 @@ static void *work(void *argument) {
   return NULL;
 }
 
-static int start_member(plant *p, const plant_config *config, const hull_state *start, int i, char *error, size_t size) {
+static int start_member(plant *p, const plant_config *config, const hull_state *start, int i, char *error,
+                        size_t size) {
   member *m = &p->members[i];
   m->hull = config->hulls[i];
   m->seen.hull = *start;

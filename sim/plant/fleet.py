@@ -202,7 +202,9 @@ class Plant:
     def set_pulses(self, vehicle: int, bow_us: int, stern_us: int, motor_us: int) -> None:
         """Holds these pulses from now on; for the `null` make only."""
         if self.make != "null":
-            raise PlantError(f"set_pulses on make {self.make!r}: must be 'null', elsewhere the firmware gives the pulses")
+            raise PlantError(
+                f"set_pulses on make {self.make!r}: must be 'null', elsewhere the firmware gives the pulses"
+            )
         frame = b"".join(int(width).to_bytes(2, "little") for width in (bow_us, stern_us, motor_us))
         self.uart_write(vehicle, frame, self.now)
 

@@ -54,7 +54,8 @@ static void subtract_coriolis(const double mass[6][6], const double nu[6], doubl
 }
 
 /* (M_RB + M_A) nu' = tau - C_RB(nu) nu - C_A(nu) nu in the velocity relative to the water, Fossen 2021, eq. 10.149. */
-static void accelerate(const hull_parameters *p, const hull_motion *motion, double acceleration[6], double *shaft_load_nm) {
+static void accelerate(const hull_parameters *p, const hull_motion *motion, double acceleration[6],
+                       double *shaft_load_nm) {
   double force[6];
   hull_forces(p, motion, force, shaft_load_nm);
   subtract_coriolis(p->rigid_body, motion->nu, 1.0, force);
@@ -70,7 +71,8 @@ static double friction_nm(const hull_motor *motor, double shaft_rps) {
   return motor->friction_nm * shaft_rps / (fabs(shaft_rps) + 1.0);
 }
 
-static void differentiate(const hull_parameters *p, const hull_input *input, const double x[STATES], double dx[STATES]) {
+static void differentiate(const hull_parameters *p, const hull_input *input, const double x[STATES],
+                          double dx[STATES]) {
   static const double down_ned[3] = {0.0, 0.0, 1.0};
   const double *q = x + QUATERNION, *v = x + VELOCITY, *w = x + RATE;
   hull_motion motion = {.depth_m = x[POSITION + 2], .propeller_rps = x[SHAFT]};

@@ -20,15 +20,15 @@ typedef struct hull_fin {
   double position_m[3];
   double normal[3]; /* unit, across the x axis; positive deflection turns the trailing edge this way */
   double area_m2;
-  double span_m;              /* the depth over which it leaves the water */
-  double slope_per_rad;       /* of the normal force before stall */
-  double stall_start;         /* sine of the angle of attack where the flow begins to part */
-  double stall_end;           /* and where it has parted */
-  double broadside;           /* normal force coefficient at 90 degrees */
+  double span_m;        /* the depth over which it leaves the water */
+  double slope_per_rad; /* of the normal force before stall */
+  double stall_start;   /* sine of the angle of attack where the flow begins to part */
+  double stall_end;     /* and where it has parted */
+  double broadside;     /* normal force coefficient at 90 degrees */
   double profile_drag;
-  double flow_straightening;  /* share of the local cross velocity that the fin sees */
-  double wash_share;          /* share of its area inside the propeller's race */
-  double gain;                /* deflection per servo angle */
+  double flow_straightening; /* share of the local cross velocity that the fin sees */
+  double wash_share;         /* share of its area inside the propeller's race */
+  double gain;               /* deflection per servo angle */
   int servo;
 } hull_fin;
 
@@ -56,7 +56,7 @@ typedef struct hull_motor {
 typedef struct hull_battery {
   double capacity_as;
   double resistance_ohm;
-  double hotel_w;                             /* everything but the motor */
+  double hotel_w;                            /* everything but the motor */
   double open_circuit_v[HULL_CHARGE_POINTS]; /* at evenly spaced charge from empty to full */
 } hull_battery;
 
@@ -74,10 +74,10 @@ typedef struct hull_parameters {
   double buoyancy_n; /* wholly submerged */
   double centre_of_gravity_m[3];
   double centre_of_buoyancy_m[3];
-  double rigid_body[6][6];  /* M_RB about the origin */
-  double added_mass[6][6];  /* M_A about the origin */
+  double rigid_body[6][6];   /* M_RB about the origin */
+  double added_mass[6][6];   /* M_A about the origin */
   double mass_inverse[6][6]; /* (M_RB + M_A)^-1 */
-  double munk;              /* share kept of the added-mass Coriolis forces in pitch and yaw, the Munk moment among them */
+  double munk; /* share kept of the added-mass Coriolis forces in pitch and yaw, the Munk moment among them */
   double linear_damping[6]; /* at rest, N s/m and N m s */
   double damping_decay[6];  /* s/m: the linear damping fades with speed as exp(-decay U) */
   double quadratic_damping[6];
@@ -122,7 +122,8 @@ hull_state hull_step(const hull_parameters *parameters, const hull_state *state,
 /* At rest at a position and heading, with a charged battery and neutral fins. */
 hull_state hull_at_rest(const hull_parameters *parameters, const double position_m[3], double heading_rad);
 
-/* Turns pulse widths (bow, stern, motor; 0 where none came) into commands; a servo without pulses keeps its last one. */
+/* Turns pulse widths (bow, stern, motor; 0 where none came) into commands; a servo without pulses keeps its last one.
+ */
 void hull_command(const hull_parameters *parameters, const double pulse_us[3], hull_input *input);
 
 /* `rotated` = v from body to mission frame, and back. */

@@ -113,7 +113,8 @@ static void add_plate(const hull_parameters *p, const hull_fin *fin, double area
   along[1] += across * c - drag * s;
 }
 
-static void add_fin(const hull_parameters *p, const hull_motion *m, const hull_fin *fin, double race_mps, double force[6]) {
+static void add_fin(const hull_parameters *p, const hull_motion *m, const hull_fin *fin, double race_mps,
+                    double force[6]) {
   const double wet = submerged(depth_at(m, fin->position_m), fin->span_m) * fin->area_m2;
   if (wet <= 0.0) return;
   const double *r = fin->position_m, *nu = m->nu, *n = fin->normal;

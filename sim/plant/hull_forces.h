@@ -5,9 +5,9 @@
 
 /* Velocity of the hull through the water and its attitude: all that hydrodynamics knows. */
 typedef struct hull_motion {
-  double depth_m;        /* of the origin */
-  double down[3];        /* the mission frame's down in body axes */
-  double nu[6];          /* relative linear and angular velocity, body axes */
+  double depth_m; /* of the origin */
+  double down[3]; /* the mission frame's down in body axes */
+  double nu[6];   /* relative linear and angular velocity, body axes */
   double servo_rad[HULL_SERVOS];
   double propeller_rps;
 } hull_motion;

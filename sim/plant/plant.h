@@ -10,7 +10,7 @@
 typedef struct plant_vehicle {
   /* Written by the plant. */
   hull_state hull;
-  double pulse_us[3];  /* bow, stern, motor: last complete pulse */
+  double pulse_us[3]; /* bow, stern, motor: last complete pulse */
   double travelled_m; /* path length over ground since creation */
   mcu_counters counters;
 

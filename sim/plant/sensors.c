@@ -62,15 +62,17 @@ void sensors_step(const sensor_parameters *parameters, const hull_parameters *hu
   specific_force(parameters, hull, truth, force);
   hull_to_body(truth->quaternion, parameters->field_ned_ut, field);
   for (int i = 0; i < 3; i++) {
-    readings->specific_force_mps2[i] = measure(&parameters->accelerometer, force[i] + faults->accelerometer_bias_mps2[i],
-                                               dt, random, &state->accelerometer_bias[i]);
+    readings->specific_force_mps2[i] =
+        measure(&parameters->accelerometer, force[i] + faults->accelerometer_bias_mps2[i], dt, random,
+                &state->accelerometer_bias[i]);
     readings->rate_rps[i] =
         measure(&parameters->gyro, truth->rate_rps[i] + faults->gyro_bias_rps[i], dt, random, &state->gyro_bias[i]);
     readings->field_ut[i] = measure(&parameters->magnetometer, field[i] + faults->compass_disturbance_ut[i], dt, random,
                                     &state->magnetometer_bias[i]);
   }
-  readings->pressure_pa = measure(&parameters->pressure, pressure_at(parameters, hull, truth) + faults->pressure_offset_pa,
-                                  dt, random, &state->pressure_bias);
+  readings->pressure_pa =
+      measure(&parameters->pressure, pressure_at(parameters, hull, truth) + faults->pressure_offset_pa, dt, random,
+              &state->pressure_bias);
   readings->imu_temperature_c =
       measure(&parameters->imu_temperature, parameters->water_temperature_c + parameters->imu_heating_c, dt, random,
               &state->imu_temperature_bias);

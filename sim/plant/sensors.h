@@ -16,10 +16,10 @@ typedef struct sensor_error {
 } sensor_error;
 
 typedef struct sensor_parameters {
-  sensor_error accelerometer; /* m/s2 */
-  sensor_error gyro;          /* rad/s */
-  sensor_error magnetometer;  /* microtesla */
-  sensor_error pressure;      /* pascal */
+  sensor_error accelerometer;                      /* m/s2 */
+  sensor_error gyro;                               /* rad/s */
+  sensor_error magnetometer;                       /* microtesla */
+  sensor_error pressure;                           /* pascal */
   sensor_error imu_temperature, water_temperature; /* degrees Celsius */
   sensor_error voltage, current;                   /* volt, ampere */
   double imu_position_m[3];
