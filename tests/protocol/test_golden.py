@@ -51,26 +51,35 @@ def c_literal(value: Any) -> str:
     return f"{value.hex()}f" if isinstance(value, float) else f"{value}{'ULL' if value > 2**31 else ''}"
 
 
+def c_assignments(golden: dict[str, Any]) -> str:
+    """Write the C statements that fill the struct `sent` with the fields on file."""
+    lines = []
+    for field, value in golden["fields"].items():
+        if isinstance(value, str):
+            lines.append(f"memcpy(sent.{field}, {c_literal(value)}, {len(value)});")
+        elif isinstance(value, list):
+            lines += [f"sent.{field}[{i}] = {c_literal(item)};" for i, item in enumerate(value)]
+        else:
+            lines.append(f"sent.{field} = {c_literal(value)};")
+    return " ".join(lines)
+
+
+def c_bytes(octets: bytes) -> str:
+    """Write bytes as a C initializer."""
+    return "{" + ", ".join(map(str, octets)) + "}"
+
+
 def c_check(index: int, golden: dict[str, Any]) -> str:
     """Write a C++ function that packs one frame, compares it, parses it and compares the message."""
     name = golden["message"].lower()
     system, component, sequence = golden["source"]
-    octets = bytes.fromhex(golden["frame"])
-    assign = []
-    for field, value in golden["fields"].items():
-        if isinstance(value, str):
-            assign.append(f"memcpy(sent.{field}, {c_literal(value)}, {len(value)});")
-        elif isinstance(value, list):
-            assign += [f"sent.{field}[{i}] = {c_literal(item)};" for i, item in enumerate(value)]
-        else:
-            assign.append(f"sent.{field} = {c_literal(value)};")
     return f"""
 static bool frame_{index}() {{
-  static const uint8_t golden[] = {{{", ".join(str(octet) for octet in octets)}}};
+  static const uint8_t golden[] = {c_bytes(bytes.fromhex(golden["frame"]))};
   mavlink_{name}_t sent, received;
   memset(&sent, 0, sizeof(sent));
   memset(&received, 0, sizeof(received));
-  {" ".join(assign)}
+  {c_assignments(golden)}
   mavlink_status_t status;
   memset(&status, 0, sizeof(status));
   status.current_tx_seq = {sequence};
@@ -91,19 +100,64 @@ static bool frame_{index}() {{
 """
 
 
-def test_c_packs_and_reads_the_frames_on_file(tmp_path: Path) -> None:
-    lines = ["#define MAVLINK_MAX_PAYLOAD_LEN 255", '#include "mavlink.h"', "#include <stdio.h>"]
-    lines += [c_check(index, golden) for index, golden in enumerate(GOLDEN)]
-    lines += ["int main() {", "  int wrong = 0;"]
-    for index, golden in enumerate(GOLDEN):
-        lines.append(f'  if (!frame_{index}()) {{ ++wrong; puts("{golden["message"]} frame {index}"); }}')
-    lines += ["  return wrong;", "}"]
-    source, program = tmp_path / "golden.cpp", tmp_path / "golden"
-    source.write_text("\n".join(lines))
+def firmware_check(index: int, golden: dict[str, Any]) -> str:
+    """Write a C++ function that lets the firmware's own reader and writer do the same; it sends as component 1."""
+    name = golden["message"].lower()
+    system, component, sequence = golden["source"]
+    own = protocol.encode(message_of(golden), system=system, component=protocol.FIRMWARE_COMPONENT, sequence=0)
+    return f"""
+static bool frame_{index}() {{
+  static const uint8_t golden[] = {c_bytes(bytes.fromhex(golden["frame"]))};
+  static const uint8_t own[] = {c_bytes(own)};
+  mavlink_{name}_t sent;
+  memset(&sent, 0, sizeof(sent));
+  {c_assignments(golden)}
+  shoal::LineBoard board;
+  shoal::FrameWriter writer(board, shoal::Port::companion);
+  writer.send({system}, MAVLINK_MSG_ID_{golden["message"]}, &sent, MAVLINK_MSG_ID_{golden["message"]}_LEN,
+              MAVLINK_MSG_ID_{golden["message"]}_CRC);
+  if (board.count != sizeof(own) || memcmp(board.sent, own, sizeof(own)) != 0) return false;
+
+  shoal::FrameReader reader;
+  shoal::Frame frame = {{}};
+  for (size_t i = 0; i + 1 < sizeof(golden); ++i) {{
+    reader.push(golden[i]);
+    if (reader.next(frame)) return false;
+  }}
+  reader.push(golden[sizeof(golden) - 1]);
+  if (!reader.next(frame)) return false;
+  if (frame.system != {system} || frame.component != {component} || frame.sequence != {sequence}) return false;
+  if (frame.id != MAVLINK_MSG_ID_{golden["message"]}) return false;
+  const mavlink_{name}_t received = frame.as<mavlink_{name}_t>();
+  return memcmp(&sent, &received, MAVLINK_MSG_ID_{golden["message"]}_LEN) == 0;
+}}
+"""
+
+
+def wrong_frames(directory: Path, head: list[str], checks: list[str], names: list[str], more: list[Path]) -> str:
+    """Compile the checks with sanitizers, run them and return what they print: the frames that are wrong."""
+    calls = [f'  if (!frame_{index}()) puts("{name} {index}");' for index, name in enumerate(names)]
+    source, program = directory / "golden.cpp", directory / "golden"
+    source.write_text("\n".join([*head, "#include <stdio.h>", *checks, "int main() {", *calls, "  return 0;", "}"]))
     flags = ["-std=gnu++14", "-O1", "-Wall", "-Wextra", "-Werror", "-fsanitize=address,undefined"]
-    subprocess.run(
-        ["c++", *flags, "-fno-sanitize-recover=all", f"-I{ROOT / 'firmware/src/link'}", source, "-o", program],
-        check=True,
-    )
+    places = [f"-I{ROOT / 'firmware/src'}", f"-I{ROOT / 'firmware/src/link'}", f"-I{ROOT / 'tests/protocol'}"]
+    command = ["c++", *flags, "-fno-sanitize-recover=all", *places, source, *more, "-o", program]
+    subprocess.run(command, check=True)
     run = subprocess.run([program], capture_output=True, text=True, check=False)
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+def test_c_packs_and_reads_the_frames_on_file(tmp_path: Path) -> None:
+    head = ["#define MAVLINK_MAX_PAYLOAD_LEN 255", '#include "mavlink.h"']
+    checks = [c_check(index, golden) for index, golden in enumerate(GOLDEN)]
+    assert wrong_frames(tmp_path, head, checks, [golden["message"] for golden in GOLDEN], []) == ""
+
+
+def test_the_firmware_writes_and_reads_the_frames_on_file(tmp_path: Path) -> None:
+    kinds = {kind.msgname: kind for kind in dialect.mavlink_map.values()}
+    short = [item for item in GOLDEN if kinds[item["message"]].unpacker.size <= protocol.FIRMWARE_PAYLOAD_MAX]
+    head = ['#include "line_board.h"', '#include "frame.h"', '#include "mavlink.h"']
+    checks = [firmware_check(index, golden) for index, golden in enumerate(short)]
+    sources = [ROOT / "firmware/src/link/frame.cpp"]
+    assert wrong_frames(tmp_path, head, checks, [golden["message"] for golden in short], sources) == ""

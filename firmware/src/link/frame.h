@@ -49,7 +49,7 @@ class FrameReader {
   void drop(uint8_t count);
   void note_sequence(const Frame& frame);
 
-  uint8_t buffer_[kLongestFrame];
+  uint8_t buffer_[kLongestFrame] = {};
   uint8_t count_ = 0;
   uint8_t returned_ = 0;  // bytes of the frame given out last
   LossCounters losses_ = {};
