@@ -68,7 +68,7 @@ def pack_private(message: Any, values: dict[str, Any], source: tuple[int, int, i
     ordered = sorted(values, key=lambda name: -struct.calcsize("<" + codes[kinds[name]]))
     payload = b"".join(struct.pack("<" + codes[kinds[name]], values[name]) for name in ordered).rstrip(b"\0")
     system, component, sequence = source
-    body = bytes([len(payload), 0, 0, sequence, system, component]) + message.id.to_bytes(3, "little") + payload
+    body = bytes([len(payload), 0, 0, sequence, system, component]) + int(message.id).to_bytes(3, "little") + payload
     seed = x25crc()
     seed.accumulate_str(message.msgname + " ")
     for name in ordered:

@@ -141,7 +141,7 @@ def wrong_frames(directory: Path, head: list[str], checks: list[str], names: lis
     source.write_text("\n".join([*head, "#include <stdio.h>", *checks, "int main() {", *calls, "  return 0;", "}"]))
     flags = ["-std=gnu++14", "-O1", "-Wall", "-Wextra", "-Werror", "-fsanitize=address,undefined"]
     places = [f"-I{ROOT / 'firmware/src'}", f"-I{ROOT / 'firmware/src/link'}", f"-I{ROOT / 'tests/protocol'}"]
-    command = ["c++", *flags, "-fno-sanitize-recover=all", *places, source, *more, "-o", program]
+    command: list[str | Path] = ["c++", *flags, "-fno-sanitize-recover=all", *places, source, *more, "-o", program]
     subprocess.run(command, check=True)
     run = subprocess.run([program], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
