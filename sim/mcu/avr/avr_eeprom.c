@@ -4,23 +4,15 @@
 
 #include "avr_mcu.h"
 
-/* ATmega2560 datasheet, "EEPROM Mode Bits" and the four cycles of EEMPE. */
-enum { MODE_BOTH = 0x00, MODE_ERASE = 0x10, MODE_WRITE = 0x20, ARM_CYCLES = 4 };
-static const avr_cycle_count_t BOTH_CYCLES = SHOAL_CPU_HZ / 10000 * 34;   /* 3.4 ms */
-static const avr_cycle_count_t SINGLE_CYCLES = SHOAL_CPU_HZ / 10000 * 18; /* 1.8 ms */
+enum { ARM_CYCLES = 4 }; /* in which EEPE must follow EEMPE */
 
-static uint8_t *cell(mcu *m) { return &m->eeprom.store->eeprom[m->eeprom.address]; }
-
-static uint8_t written(const mcu_eeprom *e, uint8_t old) {
-  if (e->mode == MODE_ERASE) return 0xFF;
-  return e->mode == MODE_WRITE ? old & e->value : e->value;
-}
+static uint8_t *cell(mcu *m) { return &m->eeprom.store->eeprom[m->eeprom.change.address]; }
 
 static avr_cycle_count_t write_done(avr_t *avr, avr_cycle_count_t when, void *param) {
   (void)when;
   mcu *m = param;
-  *cell(m) = written(&m->eeprom, *cell(m));
-  m->eeprom.writing = false;
+  *cell(m) = eeprom_done(&m->eeprom.change, *cell(m));
+  m->eeprom.change.what = 0;
   avr->data[AVR_EECR] &= (uint8_t)~EECR_EEPE;
   avr_set_flag(m, &m->eeprom.store->ready, true);
   return 0;
@@ -30,16 +22,19 @@ static uint16_t selected(const mcu *m) {
   return (uint16_t)((m->avr->data[AVR_EEARH] << 8 | m->avr->data[AVR_EEARL]) % MCU_EEPROM_BYTES);
 }
 
-static void begin_write(mcu *m, uint8_t mode) {
-  mcu_eeprom *e = &m->eeprom;
-  e->writing = true;
-  e->armed = false;
-  e->mode = mode;
-  e->address = selected(m);
-  e->value = m->avr->data[AVR_EEDR];
-  e->begun = m->avr->cycle;
-  e->end = e->begun + (mode == MODE_BOTH ? BOTH_CYCLES : SINGLE_CYCLES);
-  avr_call_at(m, e->end, write_done, m);
+static avr_cycle_count_t end_of_change(const mcu *m) {
+  return avr_cycle_at(m->eeprom.change.begun_ns + eeprom_duration_ns(m->eeprom.change.what));
+}
+
+static void begin_change(mcu *m, uint8_t mode) {
+  m->eeprom.armed = false;
+  m->eeprom.change = (eeprom_change){
+      .what = mode == EECR_EEPM0 ? EEPROM_ERASE : mode == EECR_EEPM1 ? EEPROM_WRITE : EEPROM_BOTH,
+      .address = selected(m),
+      .value = m->avr->data[AVR_EEDR],
+      .begun_ns = avr_now_ns(m),
+  };
+  avr_call_at(m, end_of_change(m), write_done, m);
 }
 
 static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
@@ -47,18 +42,18 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
   mcu_eeprom *e = &m->eeprom;
   uint8_t before = avr->data[address];
   bool armed = e->armed && avr->cycle <= e->arm_end;
-  if (e->writing) value = (uint8_t)((value & ~EECR_EEPM) | (before & EECR_EEPM));
-  if ((value & EECR_EEPE) && armed && !e->writing) {
-    begin_write(m, value & EECR_EEPM);
+  if (e->change.what) value = (uint8_t)((value & ~EECR_EEPM) | (before & EECR_EEPM));
+  if ((value & EECR_EEPE) && armed && !e->change.what) {
+    begin_change(m, value & EECR_EEPM);
   } else if (value & EECR_EEMPE) {
     e->armed = true;
     e->arm_end = avr->cycle + ARM_CYCLES;
-  } else if ((value & EECR_EERE) && !e->writing) {
+  } else if ((value & EECR_EERE) && !e->change.what) {
     avr->data[AVR_EEDR] = e->store->eeprom[selected(m)];
   }
-  avr->data[address] = (uint8_t)((value & (EECR_EERIE | EECR_EEPM)) | (e->armed ? EECR_EEMPE : 0) | (e->writing ? EECR_EEPE : 0));
+  avr->data[address] = (uint8_t)((value & (EECR_EERIE | EECR_EEPM)) | (e->armed ? EECR_EEMPE : 0) | (e->change.what ? EECR_EEPE : 0));
   bool enabled_now = (value & EECR_EERIE) && !(before & EECR_EERIE);
-  if (enabled_now && !e->writing) avr_set_flag(m, &e->store->ready, true);
+  if (enabled_now && !e->change.what) avr_set_flag(m, &e->store->ready, true);
 }
 
 static uint8_t read_control(avr_t *avr, avr_io_addr_t address, void *param) {
@@ -76,23 +71,18 @@ void avr_eeprom_attach(mcu *m) {
   avr_on_read(m, AVR_EECR, read_control);
 }
 
-/* A write that is under way at a reset is completed (datasheet, "EEPROM Write During Power-down" and EEPE). */
+/* A change that is under way at a reset is completed (datasheet, "EEPE"). */
 void avr_eeprom_restart(mcu *m) {
   m->eeprom.armed = false;
-  if (!m->eeprom.writing) return;
+  if (!m->eeprom.change.what) return;
   m->avr->data[AVR_EECR] = EECR_EEPE;
-  avr_call_at(m, m->eeprom.end, write_done, m);
+  avr_call_at(m, end_of_change(m), write_done, m);
 }
 
-/* Erasing raises bits, writing lowers them: a cut leaves some bits still undone. */
 void avr_eeprom_cut(mcu *m) {
-  mcu_eeprom *e = &m->eeprom;
-  if (!e->writing) return;
-  e->writing = false;
-  uint8_t undone = (uint8_t)line_random(&m->bus_random);
-  bool erasing = e->mode == MODE_ERASE || (e->mode == MODE_BOTH && m->avr->cycle < e->begun + SINGLE_CYCLES);
-  uint8_t before = e->mode == MODE_BOTH ? 0xFF : *cell(m);
-  *cell(m) = erasing ? *cell(m) | (uint8_t)~undone : written(e, before) | (before & undone);
+  if (m->eeprom.change.what)
+    *cell(m) = eeprom_cut(&m->eeprom.change, *cell(m), avr_now_ns(m), line_random(&m->bus_random));
+  m->eeprom.change.what = 0;
 }
 
 void mcu_eeprom_read(const mcu *m, uint8_t bytes[MCU_EEPROM_BYTES]) { memcpy(bytes, m->eeprom.store->eeprom, MCU_EEPROM_BYTES); }

@@ -23,6 +23,7 @@
 #include "../../../firmware/src/pins.h"
 #include "../chips/icm20948.h"
 #include "../chips/ms5837.h"
+#include "../eeprom_cell.h"
 #include "../line.h"
 #include "../mcu.h"
 #include "avr_registers.h"
@@ -78,10 +79,9 @@ typedef struct mcu_pwm {
 
 typedef struct mcu_eeprom {
   avr_eeprom_t *store;
-  bool armed, writing;
-  avr_cycle_count_t arm_end, begun, end;
-  uint16_t address;
-  uint8_t value, mode;
+  bool armed;
+  avr_cycle_count_t arm_end;
+  eeprom_change change;
 } mcu_eeprom;
 
 /* A handler of simavr's that one of ours wraps. */

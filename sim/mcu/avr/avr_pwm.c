@@ -40,7 +40,19 @@ static void attach(mcu *m, int actuator, char timer, int channel, uint16_t ddr, 
   avr_irq_register_notify(p->timer->io.irq + TIMER_IRQ_OUT_COMP + channel, output_changed, p);
 }
 
+/* simavr lacks the phase-correct modes with a fixed top and overflows a timer in one of them at every count; the Arduino
+ * core starts all timers in the first. They need no edges here, only a period of the right order. */
+static void fill_in_phase_correct_modes(avr_t *avr) {
+  for (char name = '0'; name <= '5'; ++name) {
+    avr_timer_t *timer = avr_module(avr, "timer", offsetof(avr_timer_t, name), name, false);
+    for (unsigned mode = 1; timer && mode <= 3; ++mode)
+      if (timer->wgm_op[mode].kind == avr_timer_wgm_none)
+        timer->wgm_op[mode] = (avr_timer_wgm_t){.kind = avr_timer_wgm_fc_pwm, .size = 7 + mode};
+  }
+}
+
 void avr_pwm_attach(mcu *m) {
+  fill_in_phase_correct_modes(m->avr);
   attach(m, MCU_BOW, '3', AVR_TIMER_COMPA, AVR_DDRE, 1 << 3);
   attach(m, MCU_STERN, '3', AVR_TIMER_COMPB, AVR_DDRE, 1 << 4);
   attach(m, MCU_MOTOR, '4', AVR_TIMER_COMPA, AVR_DDRH, 1 << 3);
