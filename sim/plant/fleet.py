@@ -102,9 +102,10 @@ class Plant:
 
     `make` is `avr` (the flashed image in simavr), `native` (the firmware compiled for the host) or `null` (no
     firmware: the pulses are those of `set_pulses`). `starts` (N, 4) are north, east, depth (m) and heading (rad); all
-    vehicles start at rest. `hull` names a file of `hulls/`, `factors` multiply its coefficients by pattern, for the
-    whole fleet or one mapping a vehicle; `sensor_factors` likewise those of the sensors. Every vehicle's random
-    numbers come from `seed` and its index alone, and results are bit-identical for any number of threads.
+    vehicles start at rest, their batteries at `charge` (0 to 1). `hull` names a file of `hulls/`, `factors` multiply
+    its coefficients by pattern, for the whole fleet or one mapping a vehicle; `sensor_factors` likewise those of the
+    sensors. Every vehicle's random numbers come from `seed` and its index alone, and results are bit-identical for
+    any number of threads.
 
     Raises PlantError naming cause and remedy when the fleet cannot be made.
     """
@@ -122,6 +123,7 @@ class Plant:
         sensor_factors: Mapping[str, float] | None = None,
         step_s: float = 0.002,
         baud: int = 115200,
+        charge: float = 1.0,
     ) -> None:
         lib = load(make)
         rows = np.atleast_2d(np.asarray(starts, dtype=np.float64))
@@ -130,6 +132,8 @@ class Plant:
         step_us = round(step_s * 1e6)
         if not 1 <= step_us <= 20_000:
             raise PlantError(f"step_s = {step_s}: must be 1e-6 to 0.02")
+        if not 0.0 <= charge <= 1.0:
+            raise PlantError(f"charge = {charge}: must be 0 to 1")
         path = image or IMAGE
         if make == "avr" and not path.exists():
             raise PlantError(f"{path} is missing: run `make firmware`")
@@ -141,6 +145,8 @@ class Plant:
         states = ffi.new(
             "hull_state[]", [lib.hull_at_rest(hulls + i, list(row[:3]), row[3]) for i, row in enumerate(rows)]
         )
+        for state in states:
+            state.charge = charge
         image_bytes = ffi.new("char[]", str(path).encode())
         config = ffi.new(
             "plant_config *",
