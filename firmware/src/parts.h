@@ -31,6 +31,7 @@ struct LoopStatistics {
 // The companion's words that steer the vehicle; `age_ms` saturate.
 struct Companion {
   Setpoint setpoint;
+  float north_mps, east_mps;  // the setpoint's speed as it was sent
   uint16_t setpoint_age_ms;
   uint16_t heartbeat_age_ms;
   uint16_t setpoints_refused;
@@ -55,7 +56,7 @@ struct Parts {
   SpeedModel speed;
   Autopilot autopilot;
   Safety safety;
-  Companion companion = {{0.0f, 0.0f, 0.0f}, 0xFFFF, 0xFFFF, 0};
+  Companion companion = {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0xFFFF, 0xFFFF, 0};
   Setpoint target = {0.0f, 0.0f, 0.0f};  // what control works towards now
   LoopStatistics loop = {};
   uint16_t reboot_in_ms = 0;  // 0: no restart asked for

@@ -7,6 +7,7 @@ namespace shoal {
 namespace {
 
 constexpr uint16_t kLongestTickUs = 15000;    // more between two ticks means that one was missed
+constexpr uint8_t kPowerTicks = 10;
 constexpr uint16_t kForgetPressureMs = 1000;  // the depth estimate starts anew after such a gap
 constexpr float kSurfaceSpeed = 0.4f;         // m/s
 constexpr float kSurfaceDepth = 0.3f;         // m
@@ -23,13 +24,17 @@ void Vehicle::begin() {
   tick_started_us_ = parts_.board.micros();
 }
 
+// Servos take a new pulse every 20 ms only, so judging and steering share the ticks in turn.
 void Vehicle::tick() {
   start_tick();
   sense();
   estimate();
-  guard();
-  control();
-  act();
+  if (even()) {
+    guard();
+  } else {
+    control();
+    act();
+  }
   report();
   end_tick();
 }
@@ -48,24 +53,26 @@ void Vehicle::start_tick() {
 
 void Vehicle::sense() {
   new_imu_ = parts_.imu.step();
-  new_pressure_ = parts_.depth_sensor.step();
-  parts_.power.step(kTick);
+  new_pressure_ = even() && parts_.depth_sensor.step();
+  if (parts_.loop.ticks % kPowerTicks == 1) {
+    parts_.power.step(kPowerTicks * kTick);
+    parts_.speed.set_battery(parts_.power.voltage_v(), parts_.parameters);
+  }
   parts_.companion.setpoint_age_ms = older(parts_.companion.setpoint_age_ms, elapsed_ms_);
   parts_.companion.heartbeat_age_ms = older(parts_.companion.heartbeat_age_ms, elapsed_ms_);
   link_.receive();
 }
 
 void Vehicle::estimate() {
-  parts_.speed.step(parts_.actuators.outputs().throttle, parts_.power.voltage_v(), parts_.parameters, kTick);
   if (new_imu_) parts_.attitude.step(parts_.imu.sample(), parts_.speed.speed(), parts_.parameters, kTick);
   if (parts_.imu.state() != ImuState::running) parts_.attitude.reset();
 
-  parts_.depth.predict(kTick);
   pressure_age_ms_ = older(pressure_age_ms_, elapsed_ms_);
+  if (!even()) return;
+  parts_.depth.predict(2.0f * kTick);
   if (!new_pressure_) return;
   if (pressure_age_ms_ > kForgetPressureMs) parts_.depth.reset();
-  parts_.depth.correct(parts_.depth_sensor.pressure_pa(), parts_.parameters,
-                       static_cast<float>(pressure_age_ms_) * 0.001f);
+  parts_.depth.correct(parts_.depth_sensor.pressure_pa(), parts_.parameters, static_cast<float>(pressure_age_ms_) * 0.001f);
   pressure_age_ms_ = 0;
 }
 
@@ -75,11 +82,11 @@ void Vehicle::guard() {
   const Companion& companion = parts_.companion;
   safety.step({parts_.imu.state(), parts_.attitude.settled(), parts_.depth_sensor.running(), parts_.depth.depth(),
                parts_.power.voltage_v(), parts_.power.leak(), companion.setpoint_age_ms, companion.heartbeat_age_ms},
-              parts_.parameters, elapsed_ms_);
+              parts_.parameters, 2 * kTickMs);
 
   const bool just_armed = safety.driving() && !was_driving_;
   was_driving_ = safety.driving();
-  const Setpoint here = {parts_.attitude.euler().yaw, parts_.depth.depth(), 0.0f};
+  const Setpoint here = {parts_.attitude.yaw(), parts_.depth.depth(), 0.0f};
   if (!was_driving_ || just_armed) parts_.target = here;
   if (!was_driving_) return;
 
@@ -102,16 +109,10 @@ void Vehicle::guard() {
 }
 
 void Vehicle::control() {
-  const Euler& euler = parts_.attitude.euler();
-  const Navigation now = {euler.roll,
-                          euler.pitch,
-                          euler.yaw,
-                          parts_.attitude.rate(),
-                          parts_.depth.depth(),
-                          parts_.depth.descent(),
-                          parts_.speed.speed(),
-                          parts_.power.voltage_v()};
-  effort_ = parts_.autopilot.step(now, parts_.target, parts_.parameters, kTick);
+  parts_.speed.step(parts_.actuators.outputs().throttle, parts_.parameters, 2.0f * kTick);
+  const Navigation now = {parts_.attitude.pitch(), parts_.attitude.yaw(),   parts_.attitude.rate(), parts_.depth.depth(),
+                          parts_.depth.descent(),  parts_.speed.speed(), parts_.speed.full_speed()};
+  effort_ = parts_.autopilot.step(now, parts_.target, parts_.parameters, 2.0f * kTick);
 }
 
 // Outputs move only while the vehicle drives, and steer only while the sensors that steering needs are alive.
@@ -123,7 +124,7 @@ void Vehicle::act() {
     parts_.actuators.neutral();
     parts_.autopilot.reset();
   } else {
-    parts_.actuators.step(mix(effort_, parts_.parameters), parts_.parameters, kTick);
+    parts_.actuators.step(mix(effort_, parts_.parameters), parts_.parameters, 2.0f * kTick);
   }
 }
 

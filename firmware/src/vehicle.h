@@ -19,6 +19,7 @@ class Vehicle {
   const Parts& parts() const { return parts_; }
 
  private:
+  bool even() const { return (parts_.loop.ticks & 1) == 0; }
   void start_tick();
   void sense();
   void estimate();

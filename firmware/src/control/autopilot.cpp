@@ -1,8 +1,6 @@
 // Cascades with gains scheduled over speed, since a fin's force grows with its square; integrals stop at the limits.
 #include "autopilot.h"
 
-#include "speed.h"
-
 namespace shoal {
 namespace {
 
@@ -15,7 +13,7 @@ Effort Autopilot::step(const Navigation& now, const Setpoint& setpoint, const Pa
   Effort effort;
   effort.rudder = steer(now, setpoint.heading, parameters, dt);
   effort.plane = dive(now, setpoint.depth, parameters, dt);
-  effort.throttle = SpeedModel::throttle_for(setpoint.speed, now.battery_v, parameters);
+  effort.throttle = clamp(setpoint.speed / now.full_speed, -1.0f, 1.0f);
   return effort;
 }
 
@@ -45,16 +43,17 @@ float Autopilot::dive(const Navigation& now, float depth, const Parameters& para
   const float limit = parameters.get(Parameter::FIN_LIMIT) * kDegree;
   const float steepest = parameters.get(Parameter::PITCH_MAX) * kDegree;
   const float speed = fmaxf(fabsf(now.speed), parameters.get(Parameter::SPD_STEER));
+  const float way = 1.0f / speed;
   const bool has_way = fabsf(now.speed) > 0.5f * speed;
   depth_error_ = depth - now.depth;
 
   // A descent of `wanted` needs the sine of the pitch at -wanted / speed.
   const float wanted = parameters.get(Parameter::DEP_P) * depth_error_ + depth_integral_;
-  const float pitch = -wanted / speed;
+  const float pitch = -wanted * way;
   pitch_target_ = clamp(pitch, -steepest, steepest);
   const bool climbing_up = fabsf(pitch) >= steepest && wanted * depth_error_ > 0.0f;
 
-  float gain = kReferenceSpeed / speed;
+  float gain = kReferenceSpeed * way;
   gain *= gain;
   const float error = pitch_target_ - now.pitch;
   const float plane =

@@ -15,12 +15,12 @@ struct Setpoint {
 
 // What the estimators know.
 struct Navigation {
-  float roll, pitch, yaw;  // rad
+  float pitch, yaw;        // rad
   Vec3 rate;               // rad/s, body
   float depth;             // m
   float descent;           // m/s
   float speed;             // m/s
-  float battery_v;
+  float full_speed;        // m/s, at full throttle
 };
 
 struct Effort {

@@ -8,15 +8,18 @@ namespace shoal {
 
 class SpeedModel {
  public:
+  // Takes a new battery voltage; one that is not plausible counts as the nominal one.
+  void set_battery(float battery_v, const Parameters& parameters);
   // Advances by `dt` at the throttle that is at the motor now (-1 to 1).
-  void step(float throttle, float battery_v, const Parameters& parameters, float dt);
-  float speed() const { return speed_; }  // m/s, forward
+  void step(float throttle, const Parameters& parameters, float dt);
 
-  // The throttle that holds a speed at this battery voltage.
-  static float throttle_for(float speed, float battery_v, const Parameters& parameters);
+  float speed() const { return speed_; }  // m/s, forward
+  // The speed at full throttle with this battery.
+  float full_speed() const { return full_speed_; }
 
  private:
   float speed_ = 0.0f;
+  float full_speed_ = 1.0f;
 };
 
 }  // namespace shoal

@@ -45,15 +45,17 @@ constexpr uint8_t kCompassControl2 = 0x31;
 constexpr uint8_t kCompassControl3 = 0x32;
 constexpr uint8_t kSlave4Done = 0x40;
 
-// One burst from kAccelXHigh: accelerometer 6, gyroscope 6, temperature 2, compass 9 (status 1, field 6, spare, status
-// 2).
-constexpr uint8_t kBurst = 23;
+// A burst from kAccelXHigh: accelerometer 6, gyroscope 6; and on: temperature 2, compass 9 (status 1, field 6, spare,
+// status 2).
+constexpr uint8_t kShortBurst = 12;
+constexpr uint8_t kLongBurst = 23;
 
 constexpr float kAccelScale = kGravity / 8192.0f;    // +-4 g
 constexpr float kGyroScale = kDegree / 65.5f;        // +-500 deg/s
 constexpr float kFieldScale = 0.15f;                 // uT
 constexpr float kTemperatureScale = 1.0f / 333.87f;  // K
 constexpr uint8_t kFrozenSamples = 20;               // noise moves some bit of 96 within 0.2 s
+constexpr uint8_t kCompassFrozen = 50;              // 1 s
 constexpr uint8_t kRetryTicks = 20;
 
 // What a start-up step does after its write.
@@ -160,8 +162,9 @@ bool Icm20948::start_step() {
 }
 
 bool Icm20948::read_sample() {
-  uint8_t frame[1 + kBurst] = {kRead | kAccelXHigh};
-  board_.imu_transfer(frame, sizeof frame);
+  uint8_t frame[1 + kLongBurst] = {kRead | kAccelXHigh};
+  long_burst_ = !long_burst_;
+  board_.imu_transfer(frame, 1 + (long_burst_ ? kLongBurst : kShortBurst));
   const uint8_t* const accel = frame + 1;
   const uint8_t* const gyro = accel + 6;
   const uint8_t* const temperature = gyro + 6;
@@ -192,17 +195,27 @@ bool Icm20948::read_sample() {
   sample_.rate = Vec3{static_cast<float>(big_endian(gyro)), -static_cast<float>(big_endian(gyro + 2)),
                       -static_cast<float>(big_endian(gyro + 4))} *
                  kGyroScale;
-  sample_.temperature_c = static_cast<float>(big_endian(temperature)) * kTemperatureScale + 21.0f;
-  const bool ready = (compass[0] & 0x01) != 0;
-  const bool overflow = (compass[8] & 0x08) != 0;
-  sample_.field_fresh = ready && !overflow;
-  if (sample_.field_fresh) {
-    sample_.field = Vec3{static_cast<float>(little_endian(compass + 1)), static_cast<float>(little_endian(compass + 3)),
-                         static_cast<float>(little_endian(compass + 5))} *
-                    kFieldScale;
+  sample_.field_read = long_burst_;
+  if (long_burst_) {
+    sample_.temperature_c = static_cast<float>(big_endian(temperature)) * kTemperatureScale + 21.0f;
+    read_compass(compass);
   }
   state_ = ImuState::running;
   return true;
+}
+
+// The I2C master reads the compass more often than it measures, so its data-ready bit says nothing about this burst; a
+// compass that is alive moves by its noise.
+void Icm20948::read_compass(const uint8_t* bytes) {
+  const int16_t x = little_endian(bytes + 1), y = little_endian(bytes + 3), z = little_endian(bytes + 5);
+  const bool overflow = (bytes[8] & 0x08) != 0;
+  const uint16_t sum = static_cast<uint16_t>(x) ^ static_cast<uint16_t>(y << 5) ^ static_cast<uint16_t>(z << 10);
+  if (sum != compass_sum_) compass_same_ = 0;
+  if (compass_same_ < kCompassFrozen) ++compass_same_;
+  compass_sum_ = sum;
+  sample_.field_valid = compass_same_ < kCompassFrozen && !overflow && (x | y | z) != 0;
+  if (!sample_.field_valid) return;
+  sample_.field = Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} * kFieldScale;
 }
 
 }  // namespace shoal

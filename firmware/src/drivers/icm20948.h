@@ -13,9 +13,10 @@ namespace shoal {
 struct ImuSample {
   Vec3 specific_force;  // m/s^2; (0, 0, -g) at rest
   Vec3 rate;            // rad/s
-  Vec3 field;           // uT, the last one that was not overflowed
+  Vec3 field;           // uT, the last valid one
   float temperature_c;
-  bool field_fresh;
+  bool field_read;   // this sample holds a new reading of field and temperature
+  bool field_valid;  // the field is alive and was not overflowed
 };
 
 enum class ImuState : uint8_t { starting, running, silent, frozen };
@@ -24,7 +25,8 @@ class Icm20948 {
  public:
   explicit Icm20948(Board& board) : board_(board) {}
 
-  // One step of start-up, or one burst read; true when `sample()` is new. Call every 10 ms.
+  // One step of start-up, or one burst read; true when `sample()` is new. Call every 10 ms. Every other burst goes on to
+  // temperature and compass.
   bool step();
 
   const ImuSample& sample() const { return sample_; }
@@ -35,6 +37,7 @@ class Icm20948 {
   void start_again(ImuState cause);
   bool start_step();
   bool read_sample();
+  void read_compass(const uint8_t* bytes);
 
   uint8_t read(uint8_t bank, uint8_t address);
   void write(uint8_t bank, uint8_t address, uint8_t value);
@@ -45,10 +48,13 @@ class Icm20948 {
   ImuState state_ = ImuState::starting;
   bool configured_ = false;
   uint8_t step_ = 0;
-  uint8_t wait_ = 0;
+  uint8_t wait_ = 3;  // ticks; registers answer 11 ms after power-on (table 1)
   uint8_t bank_ = 0xFF;
   uint8_t same_ = 0;
   uint16_t fingerprint_ = 0;
+  uint16_t compass_sum_ = 0;
+  uint8_t compass_same_ = 0;
+  bool long_burst_ = false;
 };
 
 }  // namespace shoal

@@ -10,9 +10,8 @@ constexpr uint8_t kReadProm = 0xA0;
 constexpr uint8_t kReadAdc = 0x00;
 constexpr uint8_t kConvertPressure = 0x4A;     // OSR 8192, at most 18.08 ms
 constexpr uint8_t kConvertTemperature = 0x5A;  // OSR 8192
-constexpr uint8_t kConversionTicks = 2;
-constexpr uint8_t kResetTicks = 2;
-constexpr uint8_t kRetryTicks = 20;
+constexpr uint8_t kResetSteps = 1;
+constexpr uint8_t kRetrySteps = 10;
 constexpr uint8_t kPressuresPerTemperature = 4;
 constexpr float kPascal = 10.0f;      // per count of 0.1 mbar
 constexpr int32_t kHighest = 320000;  // 0.1 mbar: 30 bar and some margin
@@ -37,13 +36,12 @@ bool Ms5837::command(uint8_t code) { return board_.i2c_write(kAddress, &code, 1)
 void Ms5837::start_again() {
   phase_ = Phase::reset;
   valid_ = false;
-  wait_ = kRetryTicks;
+  wait_ = kRetrySteps;
 }
 
-// Starts a conversion whose result is ready `kConversionTicks` ticks later.
+// Starts a conversion; its result is ready at the next step.
 bool Ms5837::convert(bool temperature) {
   temperature_running_ = temperature;
-  wait_ = kConversionTicks - 1;
   return command(temperature ? kConvertTemperature : kConvertPressure);
 }
 
@@ -66,7 +64,7 @@ bool Ms5837::step() {
         return false;
       }
       word_ = 0;
-      wait_ = kResetTicks;
+      wait_ = kResetSteps;
       phase_ = Phase::read_prom;
       return false;
 

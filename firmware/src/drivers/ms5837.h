@@ -11,7 +11,7 @@ class Ms5837 {
  public:
   explicit Ms5837(Board& board) : board_(board) {}
 
-  // Advances start-up or the running conversion without waiting; true when `pressure_pa()` is new. Call every 10 ms.
+  // Advances start-up or the running conversion without waiting; true when `pressure_pa()` is new. Call every 20 ms.
   bool step();
 
   float pressure_pa() const { return pressure_pa_; }

@@ -21,7 +21,7 @@ void Power::step(float dt) {
   first_ = false;
   voltage_v_ += (volts - voltage_v_) * share;
   current_a_ += (amps - current_a_) * share;
-  used_ah_ += current_a_ * dt / 3600.0f;
+  used_ah_ += current_a_ * dt * (1.0f / 3600.0f);
   leak_ = board_.leak_detected();
 }
 

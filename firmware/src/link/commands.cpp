@@ -73,6 +73,8 @@ void Commands::on_setpoint(const Frame& frame) {
     return;
   }
   parts_.companion.setpoint = {wrap_pi(m.yaw), m.z, along};
+  parts_.companion.north_mps = m.vx;
+  parts_.companion.east_mps = m.vy;
   parts_.companion.setpoint_age_ms = 0;
 }
 

@@ -33,6 +33,7 @@ class Link {
   Telemetry telemetry_;
   Notices notices_;
   Commands commands_;
+  bool handled_ = false;  // a frame, in this tick
 };
 
 }  // namespace shoal

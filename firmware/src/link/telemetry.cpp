@@ -7,7 +7,6 @@
 namespace shoal {
 namespace {
 
-constexpr uint8_t kAtOnce = 2;
 constexpr float kToDegrees = 1.0f / kDegree;
 constexpr float kUsPerTick = 10000.0f;
 
@@ -52,17 +51,17 @@ Telemetry::Telemetry(const Parts& parts, FrameWriter& writer, const FrameReader&
   }
 }
 
-void Telemetry::step() {
+void Telemetry::step(uint8_t at_most) {
   for (uint16_t& wait : wait_) wait -= wait > 0;
-  uint8_t sent = 0;
-  for (uint8_t n = 0; n < kStreamCount && sent < kAtOnce; ++n) {
-    const uint8_t i = static_cast<uint8_t>((first_ + n) % kStreamCount);
+  if (++first_ >= kStreamCount) first_ = 0;
+  uint8_t i = first_;
+  for (uint8_t n = 0; n < kStreamCount && at_most > 0; ++n, ++i) {
+    if (i >= kStreamCount) i = 0;
     if (interval_[i] == 0 || wait_[i] > 0) continue;
-    if (!(this->*read_flash(kStreams[i].send))()) break;
+    if (!(this->*read_flash(kStreams[i].send))()) return;
     wait_[i] = interval_[i];
-    ++sent;
+    --at_most;
   }
-  first_ = static_cast<uint8_t>((first_ + 1) % kStreamCount);
 }
 
 uint8_t Telemetry::index_of(uint32_t id) {
@@ -124,9 +123,9 @@ bool Telemetry::heartbeat() {
 }
 
 bool Telemetry::attitude() {
-  const Euler& e = parts_.attitude.euler();
-  const Vec3& r = parts_.attitude.rate();
-  mavlink_attitude_t m = {parts_.now_ms, e.roll, e.pitch, e.yaw, r.x, r.y, r.z};
+  const AttitudeEstimator& a = parts_.attitude;
+  const Vec3& r = a.rate();
+  mavlink_attitude_t m = {parts_.now_ms, a.roll(), a.pitch(), a.yaw(), r.x, r.y, r.z};
   return WRITE(ATTITUDE, m);
 }
 
@@ -160,7 +159,7 @@ bool Telemetry::pressure() {
 }
 
 bool Telemetry::hud() {
-  const float heading = parts_.attitude.euler().yaw * kToDegrees;
+  const float heading = parts_.attitude.yaw() * kToDegrees;
   mavlink_vfr_hud_t m = {};
   m.airspeed = parts_.speed.speed();
   m.groundspeed = parts_.speed.speed();
@@ -178,8 +177,8 @@ bool Telemetry::position_target() {
   m.coordinate_frame = MAV_FRAME_LOCAL_NED;
   m.type_mask = kSetpointMask;
   m.z = s.depth;
-  m.vx = s.speed * cosf(s.heading);
-  m.vy = s.speed * sinf(s.heading);
+  m.vx = parts_.companion.north_mps;
+  m.vy = parts_.companion.east_mps;
   m.yaw = s.heading;
   return WRITE(POSITION_TARGET_LOCAL_NED, m);
 }
@@ -187,7 +186,7 @@ bool Telemetry::position_target() {
 bool Telemetry::controller() {
   mavlink_nav_controller_output_t m = {};
   m.nav_pitch = parts_.autopilot.pitch_target() * kToDegrees;
-  m.nav_bearing = to_int16(parts_.attitude.euler().yaw * kToDegrees);
+  m.nav_bearing = to_int16(parts_.attitude.yaw() * kToDegrees);
   m.target_bearing = to_int16(parts_.target.heading * kToDegrees);
   m.alt_error = -parts_.autopilot.depth_error();
   m.aspd_error = parts_.target.speed - parts_.speed.speed();

@@ -18,8 +18,8 @@ class Telemetry {
  public:
   Telemetry(const Parts& parts, FrameWriter& writer, const FrameReader& reader);
 
-  // Sends what is due, at most two messages.
-  void step();
+  // Sends what is due, at most so many messages.
+  void step(uint8_t at_most);
 
   // Sends one message of the table, or AUTOPILOT_VERSION, now; false when it is unknown or the line is full.
   bool send(uint32_t id);
