@@ -27,7 +27,7 @@ LIBRARIES := Wire SPI EEPROM
 CORE_DIRECTORIES := $(CORE) $(ARDUINO)/variants/mega \
 	$(foreach library,$(LIBRARIES),$(ARDUINO)/libraries/$(library)/src) $(ARDUINO_JSON)
 
-AVR := -mmcu=atmega2560 -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_MEGA2560 -DARDUINO_ARCH_AVR \
+AVR := -mmcu=atmega2560 -mrelax -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_MEGA2560 -DARDUINO_ARCH_AVR \
 	$(addprefix -I,$(CORE_DIRECTORIES)) -g -Os -flto -ffunction-sections -fdata-sections -MMD -MP $(FIRMWARE_DEFINES)
 # The Arduino core of Debian does not compile without the last one.
 AVR_CXX := $(AVR) -fno-exceptions -fno-threadsafe-statics -DDECIMAL_DIG=__DECIMAL_DIG__
@@ -68,7 +68,7 @@ build/firmware/core.a: $(CORE_OBJECTS)
 
 build/firmware/firmware.elf: $(FIRMWARE_OBJECTS) build/firmware/core.a
 	$(call SHOW,link,$@)
-	@avr-g++ -mmcu=atmega2560 -g -Os -flto -fuse-linker-plugin -Wl,--gc-sections $^ -lm -o $@
+	@avr-g++ -mmcu=atmega2560 -mrelax -g -Os -flto -fuse-linker-plugin -Wl,--gc-sections $^ -lm -o $@
 
 build/firmware/firmware.hex: build/firmware/firmware.elf
 	@avr-objcopy -O ihex -R .eeprom $< $@

@@ -6,7 +6,7 @@
 namespace shoal {
 namespace {
 
-constexpr uint16_t kLongestTickUs = 15000;    // more between two ticks means that one was missed
+constexpr uint16_t kLongestTickUs = 15000;  // more between two ticks means that one was missed
 constexpr uint8_t kPowerTicks = 10;
 constexpr uint16_t kForgetPressureMs = 1000;  // the depth estimate starts anew after such a gap
 constexpr float kSurfaceSpeed = 0.4f;         // m/s
@@ -52,7 +52,7 @@ void Vehicle::start_tick() {
 }
 
 void Vehicle::sense() {
-  new_imu_ = parts_.imu.step();
+  new_imu_ = parts_.imu.step(!even());
   new_pressure_ = even() && parts_.depth_sensor.step();
   if (parts_.loop.ticks % kPowerTicks == 1) {
     parts_.power.step(kPowerTicks * kTick);
@@ -72,7 +72,8 @@ void Vehicle::estimate() {
   parts_.depth.predict(2.0f * kTick);
   if (!new_pressure_) return;
   if (pressure_age_ms_ > kForgetPressureMs) parts_.depth.reset();
-  parts_.depth.correct(parts_.depth_sensor.pressure_pa(), parts_.parameters, static_cast<float>(pressure_age_ms_) * 0.001f);
+  parts_.depth.correct(parts_.depth_sensor.pressure_pa(), parts_.parameters,
+                       static_cast<float>(pressure_age_ms_) * 0.001f);
   pressure_age_ms_ = 0;
 }
 
@@ -110,8 +111,9 @@ void Vehicle::guard() {
 
 void Vehicle::control() {
   parts_.speed.step(parts_.actuators.outputs().throttle, parts_.parameters, 2.0f * kTick);
-  const Navigation now = {parts_.attitude.pitch(), parts_.attitude.yaw(),   parts_.attitude.rate(), parts_.depth.depth(),
-                          parts_.depth.descent(),  parts_.speed.speed(), parts_.speed.full_speed()};
+  const Navigation now = {parts_.attitude.pitch(),  parts_.attitude.yaw(),  parts_.attitude.rate(),
+                          parts_.depth.depth(),     parts_.depth.descent(), parts_.speed.speed(),
+                          parts_.speed.full_speed()};
   effort_ = parts_.autopilot.step(now, parts_.target, parts_.parameters, 2.0f * kTick);
 }
 

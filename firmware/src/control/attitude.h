@@ -1,4 +1,5 @@
-// Attitude from gyroscope, accelerometer and compass: Mahony's complementary filter on a quaternion with gyroscope bias.
+// Attitude from gyroscope, accelerometer and compass: Mahony's complementary filter on a quaternion with gyroscope
+// bias.
 #pragma once
 
 #include "../drivers/icm20948.h"
@@ -19,7 +20,7 @@ class AttitudeEstimator {
   bool settled() const { return age_ >= kSettleTime; }
   float roll() const { return atan2f(down_.y, down_.z); }
   float pitch() const { return pitch_; }
-  float yaw() const { return yaw_; }         // rad from true north
+  float yaw() const { return yaw_; }          // rad from true north
   const Vec3& rate() const { return rate_; }  // rad/s, body, bias taken off
   const Vec3& bias() const { return bias_; }
 

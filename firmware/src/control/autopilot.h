@@ -15,12 +15,12 @@ struct Setpoint {
 
 // What the estimators know.
 struct Navigation {
-  float pitch, yaw;        // rad
-  Vec3 rate;               // rad/s, body
-  float depth;             // m
-  float descent;           // m/s
-  float speed;             // m/s
-  float full_speed;        // m/s, at full throttle
+  float pitch, yaw;  // rad
+  Vec3 rate;         // rad/s, body
+  float depth;       // m
+  float descent;     // m/s
+  float speed;       // m/s
+  float full_speed;  // m/s, at full throttle
 };
 
 struct Effort {

@@ -1,4 +1,5 @@
-// Thrust is taken as proportional to the square of throttle times voltage, so that speed is proportional to their product.
+// Thrust is taken as proportional to the square of throttle times voltage, so that speed is proportional to their
+// product.
 #include "speed.h"
 
 namespace shoal {

@@ -55,7 +55,7 @@ constexpr float kGyroScale = kDegree / 65.5f;        // +-500 deg/s
 constexpr float kFieldScale = 0.15f;                 // uT
 constexpr float kTemperatureScale = 1.0f / 333.87f;  // K
 constexpr uint8_t kFrozenSamples = 20;               // noise moves some bit of 96 within 0.2 s
-constexpr uint8_t kCompassFrozen = 50;              // 1 s
+constexpr uint8_t kCompassFrozen = 50;               // 1 s
 constexpr uint8_t kRetryTicks = 20;
 
 // What a start-up step does after its write.
@@ -128,12 +128,12 @@ void Icm20948::start_again(ImuState cause) {
   same_ = 0;
 }
 
-bool Icm20948::step() {
+bool Icm20948::step(bool with_compass) {
   if (wait_ > 0) {
     --wait_;
     return false;
   }
-  return configured_ ? read_sample() : start_step();
+  return configured_ ? read_sample(with_compass) : start_step();
 }
 
 bool Icm20948::start_step() {
@@ -161,10 +161,9 @@ bool Icm20948::start_step() {
   return false;
 }
 
-bool Icm20948::read_sample() {
+bool Icm20948::read_sample(bool with_compass) {
   uint8_t frame[1 + kLongBurst] = {kRead | kAccelXHigh};
-  long_burst_ = !long_burst_;
-  board_.imu_transfer(frame, 1 + (long_burst_ ? kLongBurst : kShortBurst));
+  board_.imu_transfer(frame, 1 + (with_compass ? kLongBurst : kShortBurst));
   const uint8_t* const accel = frame + 1;
   const uint8_t* const gyro = accel + 6;
   const uint8_t* const temperature = gyro + 6;
@@ -195,8 +194,8 @@ bool Icm20948::read_sample() {
   sample_.rate = Vec3{static_cast<float>(big_endian(gyro)), -static_cast<float>(big_endian(gyro + 2)),
                       -static_cast<float>(big_endian(gyro + 4))} *
                  kGyroScale;
-  sample_.field_read = long_burst_;
-  if (long_burst_) {
+  sample_.field_read = with_compass;
+  if (with_compass) {
     sample_.temperature_c = static_cast<float>(big_endian(temperature)) * kTemperatureScale + 21.0f;
     read_compass(compass);
   }

@@ -25,9 +25,9 @@ class Icm20948 {
  public:
   explicit Icm20948(Board& board) : board_(board) {}
 
-  // One step of start-up, or one burst read; true when `sample()` is new. Call every 10 ms. Every other burst goes on to
-  // temperature and compass.
-  bool step();
+  // One step of start-up, or one burst read, which goes on to temperature and compass when asked; true when `sample()`
+  // is new. Call every 10 ms.
+  bool step(bool with_compass);
 
   const ImuSample& sample() const { return sample_; }
   // `silent` and `frozen` hold, through the retries, until a good sample comes.
@@ -36,7 +36,7 @@ class Icm20948 {
  private:
   void start_again(ImuState cause);
   bool start_step();
-  bool read_sample();
+  bool read_sample(bool with_compass);
   void read_compass(const uint8_t* bytes);
 
   uint8_t read(uint8_t bank, uint8_t address);
@@ -54,7 +54,6 @@ class Icm20948 {
   uint16_t fingerprint_ = 0;
   uint16_t compass_sum_ = 0;
   uint8_t compass_same_ = 0;
-  bool long_burst_ = false;
 };
 
 }  // namespace shoal

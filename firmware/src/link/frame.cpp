@@ -16,11 +16,25 @@ uint32_t id_of(const uint8_t* frame) {
   return frame[7] | static_cast<uint32_t>(frame[8]) << 8 | static_cast<uint32_t>(frame[9]) << 16;
 }
 
+// Whether the message is of this dialect and length and CRC are its own; the CRC stands at `end`.
+bool valid(const uint8_t* frame, uint8_t end) {
+  const mavlink_msg_entry_t* entry = mavlink_get_msg_entry(id_of(frame));
+  if (entry == nullptr || frame[1] > entry->max_msg_len) return false;
+  const uint16_t crc = crc_update(crc_over(kCrcStart, frame + 1, end - 1), entry->crc_extra);
+  return crc == (frame[end] | static_cast<uint16_t>(frame[end + 1]) << 8);
+}
+
 }  // namespace
 
 void FrameReader::drop(uint8_t count) {
+  if (count == 0) return;
   count_ -= count;
   memmove(buffer_, buffer_ + count, count_);
+}
+
+bool FrameReader::wait_for(uint8_t count) {
+  needed_ = count;
+  return false;
 }
 
 bool FrameReader::next(Frame& frame) {
@@ -32,27 +46,23 @@ bool FrameReader::next(Frame& frame) {
       drop(marker ? static_cast<uint8_t>(static_cast<const uint8_t*>(marker) - buffer_) : count_);
       continue;
     }
-    bool bad =
-        (count_ > 1 && (buffer_[1] == 0 || buffer_[1] > SHOAL_FIRMWARE_PAYLOAD_MAX)) || (count_ > 2 && buffer_[2] != 0);
-    if (!bad) {
-      if (count_ < 2) return false;
-      const uint8_t end = kHeaderLength + buffer_[1];
-      if (count_ < end + 2) return false;
-      const mavlink_msg_entry_t* entry = mavlink_get_msg_entry(id_of(buffer_));
-      if (entry != nullptr && buffer_[1] <= entry->max_msg_len) {
-        const uint16_t crc = crc_update(crc_over(kCrcStart, buffer_ + 1, end - 1), entry->crc_extra);
-        if (crc == (buffer_[end] | static_cast<uint16_t>(buffer_[end + 1]) << 8)) {
-          frame = {id_of(buffer_), buffer_[4], buffer_[5], buffer_[6], buffer_[1], buffer_ + kHeaderLength};
-          returned_ = end + 2;
-          note_sequence(frame);
-          return true;
-        }
+    if (count_ < 3) return wait_for(3);
+    const uint8_t length = buffer_[1];
+    const uint8_t incompatible_flags = buffer_[2];
+    if (length > 0 && length <= SHOAL_FIRMWARE_PAYLOAD_MAX && incompatible_flags == 0) {
+      const uint8_t end = kHeaderLength + length;
+      if (count_ < end + 2) return wait_for(end + 2);
+      if (valid(buffer_, end)) {
+        frame = {id_of(buffer_), buffer_[4], buffer_[5], buffer_[6], length, buffer_ + kHeaderLength};
+        returned_ = end + 2;
+        note_sequence(frame);
+        return true;
       }
     }
     ++losses_.bad_frames;
     drop(1);
   }
-  return false;
+  return wait_for(1);
 }
 
 // Counts the frames missing between two of the same sender.

@@ -39,18 +39,23 @@ struct LossCounters {
 // After a bad frame the search goes on behind its marker, so a corrupted length byte costs no frame but its own.
 class FrameReader {
  public:
-  // Takes one byte; afterwards call `next` until it is false.
-  void push(uint8_t byte) { buffer_[count_++] = byte; }
+  // Takes one byte; when this is true call `next` until it is false.
+  bool push(uint8_t byte) {
+    buffer_[count_++] = byte;
+    return count_ >= needed_;
+  }
   bool next(Frame& frame);
 
   const LossCounters& losses() const { return losses_; }
 
  private:
   void drop(uint8_t count);
+  bool wait_for(uint8_t count);
   void note_sequence(const Frame& frame);
 
   uint8_t buffer_[kLongestFrame] = {};
   uint8_t count_ = 0;
+  uint8_t needed_ = 1;    // bytes without which nothing new can be said
   uint8_t returned_ = 0;  // bytes of the frame given out last
   LossCounters losses_ = {};
   uint8_t expected_sequence_ = 0;

@@ -9,7 +9,7 @@ void Link::receive() {
   for (uint8_t i = 0; i < kBytesPerTick; ++i) {
     const int16_t byte = parts_.board.read_byte(Port::companion);
     if (byte < 0) return;
-    reader_.push(static_cast<uint8_t>(byte));
+    if (!reader_.push(static_cast<uint8_t>(byte))) continue;
     while (reader_.next(frame)) {
       commands_.handle(frame);
       handled_ = true;
