@@ -88,8 +88,8 @@ bench: plant ## measure how much faster than real time the simulator is, and why
 	@.venv/bin/shoal-sim bench $(ARGS)
 
 .PHONY: docs
-docs: protocol ## write the reference of messages into build/docs (1 second)
-	@$(PYTHON) -m protocol.document build/docs/messages.md
+docs: protocol ## write the reference of messages, parameters and files into build/docs (1 second)
+	@$(PYTHON) scripts/document.py build/docs
 
 .PHONY: flash
 flash: firmware ## write the image into a board: make flash PORT=/dev/ttyUSB0 (10 seconds)
