@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.formation.auction import auction
-from companion.formation.som import PAPER, SOM, SomSettings, organise
+from companion.formation.som import PAPER, SOM, SomSettings, organise, real, real_lengths
 
 Array = NDArray[np.float64]
 FORMS = ("price", "som", "paper")
@@ -46,7 +46,7 @@ def compete(
     travelled: Array | None = None,
     settings: SomSettings | None = None,
 ) -> Assignment:
-    """Assigns points (L, 3) to vehicles (J, 3), both m in the mission frame; rows that are not finite take no part.
+    """Assigns points (L, 3) to vehicles (J, 3), both m in the mission frame; rows that are no places take no part.
 
     `travelled` (J,) m is P, the lengths so far, and counts toward the cost (P + d)^p; `seed` sets the order in which
     points are presented. Raises ValueError for an unknown form.
@@ -55,7 +55,7 @@ def compete(
         raise ValueError(f"form = {form!r}: must be one of {', '.join(FORMS)}")
     points = np.asarray(points, dtype=float).reshape(-1, 3)
     vehicles = np.asarray(vehicles, dtype=float).reshape(-1, 3)
-    before = np.zeros(len(vehicles)) if travelled is None else np.asarray(travelled, dtype=float)
+    before = np.zeros(len(vehicles)) if travelled is None else real_lengths(np.asarray(travelled, dtype=float))
     base = settings or (PAPER if form == "paper" else SOM)
     if form == "price":
         winner, certificate = _by_price(points, vehicles, exponent, seed, before)
@@ -67,10 +67,9 @@ def compete(
 def _by_price(
     points: Array, vehicles: Array, exponent: float, seed: int | tuple[int, ...], before: Array
 ) -> tuple[list[int], tuple[float, tuple[float, ...]]]:
-    fit_points = np.flatnonzero(np.isfinite(points).all(axis=1))
-    fit_vehicles = np.flatnonzero(np.isfinite(vehicles).all(axis=1))
+    fit_points, fit_vehicles = np.flatnonzero(real(points)), np.flatnonzero(real(vehicles))
     away = points[fit_points][:, None, :] - vehicles[fit_vehicles][None, :, :]
-    costs = (np.nan_to_num(before)[fit_vehicles] + np.sqrt((away * away).sum(axis=2))) ** exponent
+    costs = (before[fit_vehicles] + np.sqrt((away * away).sum(axis=2))) ** exponent
     order = np.random.default_rng(seed).permutation(len(fit_points)).tolist()
     result = auction(costs.tolist(), [1] * len(fit_vehicles), order)
     winner = [-1] * len(points)
@@ -102,6 +101,6 @@ def _assignment(
             if before[vehicle] + way >= settings.max_length_m:
                 exhausted.append(vehicle)
     taken = sum(vehicle >= 0 for vehicle in winner)
-    possible = min(int(np.isfinite(rows).all(axis=1).sum()) for rows in (points, vehicles))
+    possible = min(int(real(rows).sum()) for rows in (points, vehicles))
     holders = tuple(vehicle if vehicle >= 0 else None for vehicle in winner)
     return Assignment(holders, tuple(point), taken == possible, length, gap, prices, sweeps, tuple(sorted(exhausted)))

@@ -85,7 +85,7 @@ class Formation:
         state.memory = rules.remember(state.memory, now, senses, points, tuning)
         vehicles = sorted((senses.me, *alive), key=lambda rival: rival.position)
         me = vehicles.index(senses.me)
-        chosen = rules.candidates(state.memory, senses, points, len(vehicles), tuning)
+        chosen = rules.candidates(state.memory, now, senses, points, len(vehicles), tuning)
         if self._form != "price":
             return self._organise(chosen, points, [rival.position for rival in vehicles], me)
         calm = now < state.calm_until

@@ -18,8 +18,8 @@ from companion.scene import Neighbour, Scene
 
 Point = tuple[float, float, float]
 
-FAR_M = 2e3  # a longer way costs no more: keeps every cost finite and under FORBIDDEN
-FORBIDDEN = 1e7  # cost of a way not to be taken, m^p: finite, so that there always is a decision
+FAR_M = 2e3  # a longer way costs no more: keeps every cost finite
+FORBIDDEN = math.inf  # cost of a way not to be taken unless there is no other
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,13 +116,15 @@ def remember(memory: Memory, now: float, senses: Senses, points: Sequence[Point]
     return Memory(tuple(occupied), tuple(empty))
 
 
-def candidates(memory: Memory, senses: Senses, points: Sequence[Point], vehicles: int, tuning: Tuning) -> list[int]:
+def candidates(
+    memory: Memory, now: float, senses: Senses, points: Sequence[Point], vehicles: int, tuning: Tuning
+) -> list[int]:
     """Rule 4, candidates: all points but those taken by somebody out of sight, but one for each vehicle in sight."""
     certain = senses.sight - tuning.circling_m
     taken = [
         (time, i)
         for i, time in enumerate(memory.occupied)
-        if time is not None and dist(points[i], senses.me.position) > certain
+        if time is not None and time < now and dist(points[i], senses.me.position) > certain
     ]
     if not taken:
         return list(range(len(points)))
@@ -168,7 +170,9 @@ def compete(costs: Sequence[Sequence[float]], me: int, chosen: Sequence[int], ra
     same everywhere: the auction leaves vacant, at no cost, as many points as there are of them.
     """
     presented = sorted(range(len(chosen)), key=lambda at: rank[chosen[at]])
-    winner = auction(list(zip(*costs, strict=True)), order=presented).winner
+    dearest = 1.0 + len(costs) * max((cost for row in costs for cost in row if cost < FORBIDDEN), default=0.0)
+    rows = [[min(cost, dearest) for cost in row] for row in zip(*costs, strict=True)]
+    winner = auction(rows, order=presented).winner
     return chosen[winner.index(me)] if me in winner else None
 
 

@@ -14,6 +14,21 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_EARTH_M = 4e7  # once round the Earth
+
+
+def real(places: Array) -> NDArray[np.bool_]:
+    """Marks (N,) the rows of (N, 3) that can be places: finite, and on this planet."""
+    with np.errstate(invalid="ignore"):
+        fit: NDArray[np.bool_] = (np.abs(places) < _EARTH_M).all(axis=1)
+    return fit
+
+
+def real_lengths(lengths: Array) -> Array:
+    """The lengths (N,) m, those that cannot be as 0 or the most there can be."""
+    fit: Array = np.clip(np.nan_to_num(lengths), 0.0, _EARTH_M)
+    return fit
+
 
 @dataclass(frozen=True, slots=True)
 class SomSettings:
@@ -81,7 +96,7 @@ def organise(
 ) -> Organisation:
     """Runs Algorithm 1 until every point has a vehicle, every vehicle a point, or the sweeps are used up.
 
-    `points` (L, 3) and `vehicles` (J, 3) m, mission frame; rows that are not finite take no part. `travelled` (J,) m is
+    `points` (L, 3) and `vehicles` (J, 3) m, mission frame; rows that are no places take no part. `travelled` (J,) m is
     P, the lengths so far. `urgency` (L,) is -1, 0 or 1: reach a point slower (s), as usual or faster (f of eq 8).
     """
     random = np.random.default_rng(seed)
@@ -107,10 +122,10 @@ class _State:
     def __init__(self, points: Array, vehicles: Array, travelled: Array | None) -> None:
         self.points = np.asarray(points, dtype=float)
         self.neurons: Array = np.array(vehicles, dtype=float)
-        self.open = np.isfinite(self.points).all(axis=1)
-        self.arrived = ~np.isfinite(self.neurons).all(axis=1)
+        self.open = real(self.points)
+        self.arrived = ~real(self.neurons)
         self.winner = np.full(len(self.points), -1)
-        self.before: Array = np.zeros(len(self.neurons)) if travelled is None else np.nan_to_num(travelled)
+        self.before: Array = np.zeros(len(self.neurons)) if travelled is None else real_lengths(travelled)
         self.walked: Array = np.zeros(len(self.neurons))
 
     @property

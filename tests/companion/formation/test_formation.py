@@ -1,0 +1,219 @@
+"""One vehicle's decisions: what each rule is for, what bad input gets, and what equal input gets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from companion.formation import Formation, Tuning, rules
+from companion.formation.rules import Look, Memory, Rival, Senses
+from companion.scene import Attitude, Neighbour, OwnPose, Phase, Scene
+from tests.companion.formation.swarm import mission
+
+Array = NDArray[np.float64]
+
+LINE = mission(3, shape="column")  # points at 5, 0 and -5 m north
+POINTS = [(5.0, 0.0, 2.0), (0.0, 0.0, 2.0), (-5.0, 0.0, 2.0)]
+HOVER = Tuning.derive(LINE, 0.0)
+SWIM = Tuning.derive(LINE)
+
+
+def scene(now: float, own: Any, others: Any = (), reach: float = math.inf, sigma: float = 0.05) -> Scene:
+    pose = OwnPose(np.array(own, dtype=float), np.zeros(3), Attitude(0.0, 0.0, 0.0), sigma, now)
+    rows = np.array(others, dtype=float).reshape(-1, 3)
+    return Scene(now, pose, tuple(Neighbour(row, np.zeros(3), sigma, 0.0, 0.0) for row in rows), (), reach)
+
+
+def senses(own: tuple[float, float, float], *others: tuple[float, float, float], sight: float = math.inf) -> Senses:
+    return Senses(Rival(own, 0.1), tuple(Rival(other, 0.1) for other in others), (0.0, 0.0, 0.0), sight)
+
+
+def test_sense_counts_each_hull_once_and_never_itself() -> None:
+    seen = scene(0.0, (0, 0, 2), [(9, 0, 2), (9.1, 0.1, 2), (0.1, 0, 2), (math.nan, 0, 2), (4, math.inf, 2), (3, 3, 2)])
+    stale = replace(seen.neighbours[0], position=np.array([-9.0, 0.0, 2.0]), age=1.5)
+    found = rules.sense(replace(seen, neighbours=(*seen.neighbours, stale)), HOVER)
+    assert found is not None
+    assert [rival.position for rival in found.others] == [(3.0, 3.0, 2.0), (9.0, 0.0, 2.0)]
+
+
+def test_a_drifting_hull_is_dead_and_a_circling_one_is_not() -> None:
+    current = (0.1, 0.0, 0.0)
+
+    def looks(path: list[tuple[float, float, float]]) -> list[Look]:
+        return [Look(float(i), (place, (40.0, 40.0, 2.0))) for i, place in enumerate(path[:-1])]
+
+    def verdict(path: list[tuple[float, float, float]]) -> bool:
+        return rules.dead(Rival(path[-1], 0.1), len(path) - 1.0, looks(path), POINTS, current, SWIM)
+
+    drifting = [(20.0 + 0.1 * i, 7.0, 2.0) for i in range(6)]
+    circling = [
+        (20.0 + 1.5 * math.cos(0.2 / 1.5 * i) + 0.1 * i, 7.0 + 1.5 * math.sin(0.2 / 1.5 * i), 2.0) for i in range(6)
+    ]
+    waiting = [(0.1 * i, 0.2, 2.0) for i in range(6)]
+    assert verdict(drifting)
+    assert not verdict(circling)
+    assert not verdict(waiting), "on a point nobody can tell"
+    assert not verdict(drifting[:4]), "not watched for long enough"
+
+
+def test_memory_keeps_a_point_out_of_sight_and_frees_one_that_looks_empty() -> None:
+    memory = rules.remember(Memory.blank(3), 1.0, senses((5, 0, 2), (-4.8, 0.1, 2), sight=20.0), POINTS, HOVER)
+    assert memory.occupied == (None, None, 1.0)
+    far = rules.remember(memory, 2.0, senses((5, 0, 2), sight=8.0), POINTS, HOVER)
+    assert far.occupied == (None, None, 1.0)
+    assert rules.candidates(far, 2.0, senses((5, 0, 2), sight=8.0), POINTS, 1, HOVER) == [0, 1]
+    assert rules.candidates(far, 2.0, senses((5, 0, 2), sight=8.0), POINTS, 3, HOVER) == [0, 1, 2], "three need three"
+    for look in range(3):
+        assert far.occupied[2] == 1.0, f"look {look}: one that drops out frees nothing"
+        far = rules.remember(far, 3.0 + look, senses((0, 0, 2), sight=8.0), POINTS, HOVER)
+    assert far.occupied == (None, None, None)
+
+
+def test_a_vehicle_on_a_point_does_not_leave_for_one_out_of_sight() -> None:
+    parked = Rival((5.1, 0.0, 2.0), 0.1)
+    row = rules.cost_row(parked, None, False, senses((4.0, 4.0, 2.0), sight=8.0), POINTS, [0, 1, 2], HOVER)
+    assert row[2] == rules.FORBIDDEN
+    assert row[0] < row[1] < rules.FORBIDDEN
+
+
+def test_a_far_point_of_my_own_is_worth_a_little_more() -> None:
+    me = Rival((0.0, 10.0, 2.0), 0.0)
+    plain = rules.cost_row(me, None, False, senses(me.position), POINTS, [0, 1, 2], HOVER)
+    mine = rules.cost_row(me, 1, False, senses(me.position), POINTS, [0, 1, 2], HOVER)
+    assert mine[1] == pytest.approx((10.0 - 0.3) ** 1.2)
+    assert mine[::2] == plain[::2]
+    near = Rival((0.0, 2.0, 2.0), 0.0)
+    assert rules.cost_row(near, 1, False, senses(near.position), POINTS, [1], HOVER) == [2.0**1.2]
+
+
+def test_team_mates_out_of_sight_are_allowed_for() -> None:
+    """Alone, a vehicle takes the nearest point; with a better one in sight, the next."""
+    assert rules.compete([[1.0, 2.0, 3.0]], 0, [0, 1, 2], [0, 1, 2]) == 0
+    assert rules.compete([[1.0, 2.0, 9.0], [0.5, 9.0, 9.0]], 0, [0, 1, 2], [2, 0, 1]) == 1
+    assert rules.compete([[1.0], [0.5]], 0, [1], [0, 1]) is None
+
+
+def test_a_mission_from_waiting_to_done() -> None:
+    shared = mission(3, shape="column", waypoints_m=((8.0, 0.0),))
+    shared = replace(shared, schedule=replace(shared.schedule, start_s=2.0, forming_s=3.0))
+    mind = Formation(shared, 0)
+    seen: list[tuple[Phase, int | None]] = []
+    for tick in range(int((mind.virtual.end_s + 1.0) * 10)):
+        now = 0.1 * tick
+        points = mind.virtual.at(now).points
+        decision = mind.step(now, scene(now, points[2] + (0.0, 1.0, 0.0), points[:2]))
+        if decision.phase is Phase.WAITING:
+            assert decision.reason == "waiting for the start"
+            assert decision.target is None
+        else:
+            assert decision.reason == ""
+            assert decision.tracking_error == pytest.approx(1.0)
+            assert decision.target is not None
+            np.testing.assert_array_equal(decision.target, points[2])
+        if not seen or seen[-1] != (decision.phase, decision.point):
+            seen.append((decision.phase, decision.point))
+    assert seen == [(Phase.WAITING, None), (Phase.FORMING, 2), (Phase.TRAVEL, 2), (Phase.DONE, 2)]
+
+
+def test_bad_input_is_a_hold_with_its_reason_and_good_input_ends_it() -> None:
+    mind = Formation(mission(3, shape="column", waypoints_m=((30.0, 0.0),)), 0)
+
+    def at(now: float, reason: str = "", **changes: Any) -> None:
+        decision = mind.step(now, replace(scene(now, (0.2, 0.0, 2.0)), **changes))
+        assert decision.reason == reason
+        assert (decision.target is None) == bool(reason)
+        assert np.isfinite(decision.points).all()
+
+    good = scene(0.0, (0.2, 0.0, 2.0)).own
+    assert good is not None
+    at(10.0)
+    at(10.1, "own position is unknown", own=None)
+    at(10.2, "own position is unknown", own=replace(good, position=np.array([0.0, math.nan, 2.0])))
+    at(10.3)
+    at(10.4, "scene is stale", stamp=9.0)
+    at(10.5, "scene is stale", stamp=math.nan)
+    at(math.nan, "clock is not finite")
+    at(10.6)
+    at(9.0, "clock jumped")
+    at(9.9, "clock jumped")
+    at(10.1)
+    at(3700.0, "clock jumped")
+    at(3700.5, "clock jumped")
+    at(3701.1)
+    at(11.0, "clock jumped")
+    at(12.1)
+
+
+def test_more_vehicles_than_points_leaves_the_worst_placed_without() -> None:
+    mind = Formation(mission(3, shape="column"), 3)
+    others = [(5.0, 1.0, 2.0), (0.0, 1.0, 2.0), (-5.0, 1.0, 2.0)]
+    decision = mind.step(1.0, scene(1.0, (0.0, 15.0, 2.0), others))
+    assert decision.reason == "no free point"
+    assert decision.target is None
+    decision = mind.step(1.1, scene(1.1, (0.0, 15.0, 2.0), others[:2]))
+    assert decision.point == 2
+
+
+def test_two_that_see_the_same_never_want_the_same_point() -> None:
+    """With nothing hidden and no noise, everybody imagines everybody else rightly."""
+    for case in range(60):
+        places = np.random.default_rng(case).uniform(-10.0, 10.0, (6, 3))
+        minds = [Formation(mission(6), vehicle) for vehicle in range(6)]
+        points = [
+            mind.step(1.0, scene(1.0, places[i], np.delete(places, i, axis=0))).point for i, mind in enumerate(minds)
+        ]
+        assert sorted(points) == list(range(6)), f"case {case}"  # type: ignore[type-var]
+
+
+def test_the_order_in_which_neighbours_are_listed_says_nothing() -> None:
+    for case in range(30):
+        random = np.random.default_rng(case)
+        places = random.uniform(-10.0, 10.0, (6, 3))
+        first, second = Formation(mission(6), 0), Formation(mission(6), 5)
+        for tick in range(5):
+            now = 0.5 * tick
+            one = first.step(now, scene(now, places[0], places[1:], 12.0))
+            other = second.step(now, scene(now, places[0], random.permutation(places[1:]), 12.0))
+            assert one.point == other.point
+
+
+anything = st.floats(allow_nan=True, allow_infinity=True)
+triple = st.tuples(anything, anything, anything).map(np.array)
+poses = st.builds(OwnPose, triple, triple, st.just(Attitude(0.0, 0.0, 0.0)), anything, anything, triple)
+neighbours = st.lists(st.builds(Neighbour, triple, triple, anything, anything, anything), max_size=8).map(tuple)
+scenes = st.builds(Scene, anything, st.none() | poses, neighbours, st.just(()), anything)
+near = st.builds(
+    lambda places, reach: (places, reach),
+    st.lists(st.tuples(*[st.floats(-40.0, 40.0)] * 3), min_size=1, max_size=8),
+    st.sampled_from([0.0, 3.0, 10.0, math.inf]),
+)
+
+
+@settings(max_examples=60)
+@given(st.sampled_from(["price", "som", "paper"]), st.lists(st.tuples(anything, scenes | near), max_size=6))
+def test_whatever_comes_in_a_sound_decision_comes_out(form: str, inputs: list[tuple[float, Any]]) -> None:
+    first, second = (Formation(mission(3, form, waypoints_m=((30.0, 0.0),)), vehicle) for vehicle in (0, 1))
+    steady = 1.0
+    with np.errstate(all="ignore"):
+        for now, given_input in inputs:
+            if isinstance(given_input, Scene):
+                what = given_input
+            else:
+                places, reach = given_input
+                steady += 0.1
+                now, what = steady, scene(steady, places[0], places[1:], reach)
+            decision = first.step(now, what)
+            assert decision.point is None or 0 <= decision.point < 3
+            assert np.isfinite(decision.points).all()
+            assert np.isfinite(decision.target_velocity).all()
+            assert (decision.target is None) == bool(decision.reason)
+            assert decision.target is None or np.isfinite(decision.target).all()
+            assert decision.tracking_error is None or math.isfinite(decision.tracking_error)
+            assert second.step(now, what).point == decision.point

@@ -1,0 +1,132 @@
+"""The virtual formation: where its points are at every time of the mission, and that a vehicle can follow them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from companion.formation import VirtualFormation
+from companion.formation.path import round_corners
+from companion.mission import Mission
+from companion.scene import Phase
+from tests.companion.formation.swarm import SPEED, mission
+
+Array = NDArray[np.float64]
+
+CORNER: dict[str, Any] = {"waypoints_m": ((30.0, 0.0), (30.0, 30.0)), "pace_mps": 0.3, "turn_radius_m": 12.0}
+PERIOD_S = 0.1
+
+
+def journey(of: Mission) -> tuple[VirtualFormation, Array, Array, Array, list[Phase]]:
+    virtual = VirtualFormation(of)
+    states = [virtual.at(float(now)) for now in np.arange(0.0, virtual.end_s + 5.0, PERIOD_S)]
+    return (
+        virtual,
+        np.array([state.points for state in states]),
+        np.array([state.velocities for state in states]),
+        np.array([state.heading for state in states]),
+        [state.phase for state in states],
+    )
+
+
+def test_it_waits_forms_travels_and_stops_at_the_last_waypoint() -> None:
+    late = mission(6, **CORNER)
+    late = replace(late, schedule=replace(late.schedule, start_s=5.0, forming_s=20.0))
+    virtual, points, velocities, headings, phases = journey(late)
+    order = [phase for i, phase in enumerate(phases) if i == 0 or phase is not phases[i - 1]]
+    assert order == [Phase.WAITING, Phase.FORMING, Phase.TRAVEL, Phase.DONE]
+    assert virtual.at(4.99).phase is Phase.WAITING
+    assert virtual.at(5.0).phase is Phase.FORMING
+    assert virtual.at(25.0).phase is Phase.TRAVEL
+    assert virtual.at(virtual.end_s).phase is Phase.DONE
+    np.testing.assert_allclose(points[0].mean(axis=0), (0.0, 0.0, 2.0), atol=1e-9)
+    np.testing.assert_allclose(points[-1].mean(axis=0), (30.0, 30.0, 2.0), atol=1e-9)
+    assert headings[0] == pytest.approx(0.0, abs=1e-9)
+    assert headings[-1] == pytest.approx(math.pi / 2, abs=1e-9)
+    assert not velocities[0].any()
+    assert not velocities[-1].any()
+    assert virtual.length_m == pytest.approx(60.0 - 2 * 12.0 + 12.0 * math.pi / 2, rel=1e-3)
+
+
+def test_it_stays_rigid() -> None:
+    _, points, _, _, _ = journey(mission(6, **CORNER))
+    apart = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)
+    np.testing.assert_allclose(apart, np.broadcast_to(apart[0], apart.shape), atol=1e-9)
+
+
+@pytest.mark.parametrize("radius", [12.0, 7.0, 3.0])
+@pytest.mark.parametrize("heading_deg", [None, 90.0])
+def test_a_vehicle_can_follow_every_point(radius: float, heading_deg: float | None) -> None:
+    path = {**CORNER, "turn_radius_m": radius, "heading_deg": heading_deg}
+    _, points, velocities, _, _ = journey(mission(6, **path))
+    speeds = np.linalg.norm(velocities, axis=2)
+    accelerations = np.linalg.norm(np.diff(velocities, axis=0), axis=2) / PERIOD_S
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=2)
+    assert speeds.max() <= 0.8 * SPEED + 1e-4, "a fifth of the speed is left for closing on the point"
+    assert accelerations.max() < 0.2, "no jump of velocity, at start, turn and stop"
+    assert steps.max() < 1.0, "no step longer than lambda"
+    measured = (points[2:] - points[:-2]) / (2 * PERIOD_S)
+    np.testing.assert_allclose(measured, velocities[1:-1], atol=0.01)
+
+
+def test_it_slows_down_in_a_turn_and_nowhere_else() -> None:
+    _, _, velocities, headings, phases = journey(mission(6, **{**CORNER, "turn_radius_m": 7.0}))
+    centre = np.linalg.norm(velocities.mean(axis=1), axis=1)
+    turning = np.abs(np.gradient(headings)) > 1e-4
+    travel = np.array([phase is Phase.TRAVEL for phase in phases])
+    assert centre[travel & turning].min() < 0.26
+    straight = centre[travel & ~turning]
+    assert np.median(straight) == pytest.approx(0.3)
+
+
+def test_it_dives_along_a_path_in_three_dimensions() -> None:
+    _, points, velocities, headings, _ = journey(
+        mission(6, waypoints_m=((30.0, 0.0, 8.0), (60.0, 30.0, 4.0)), turn_radius_m=6.0)
+    )
+    depth = points.mean(axis=1)[:, 2]
+    assert 7.5 < depth.max() < 7.95, "the corner is rounded in depth too"
+    assert depth[-1] == pytest.approx(4.0)
+    np.testing.assert_allclose(points[:, :, 2], np.repeat(depth[:, None], 6, axis=1), atol=1e-9)
+    assert headings[-1] == pytest.approx(math.pi / 4)
+    assert velocities[:, :, 2].max() > 0.05
+
+
+def test_without_waypoints_it_stays_and_is_done_when_formed() -> None:
+    virtual, points, velocities, headings, phases = journey(mission(6, heading_deg=90.0))
+    assert phases[-1] is Phase.DONE
+    assert headings[-1] == pytest.approx(math.pi / 2)
+    assert not velocities.any()
+    np.testing.assert_array_equal(points[0], points[-1])
+    assert virtual.length_m == 0.0
+
+
+def test_an_arc_that_does_not_fit_its_legs_gets_smaller() -> None:
+    corners = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 4.0, 0.0], [20.0, 4.0, 0.0]])
+    track = round_corners(corners, 12.0, 0.05, None)
+    assert np.linalg.norm(np.diff(track.position, axis=0), axis=1).max() <= 0.051
+    cosines = (track.tangent[1:] * track.tangent[:-1]).sum(axis=1)
+    assert cosines.min() > math.cos(0.05), "no kink"
+    np.testing.assert_allclose(track.position[-1], corners[-1])
+
+
+def test_a_way_that_turns_straight_back_is_refused() -> None:
+    corners = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    with pytest.raises(ValueError, match="turns straight back"):
+        round_corners(corners, 2.0, 0.1, None)
+
+
+@given(st.floats())
+def test_it_answers_at_any_time(now: float) -> None:
+    state = VIRTUAL.at(now)
+    assert np.isfinite(state.points).all()
+    assert np.isfinite(state.velocities).all()
+
+
+VIRTUAL = VirtualFormation(mission(6, **CORNER))
