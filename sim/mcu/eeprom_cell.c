@@ -9,6 +9,7 @@ uint8_t eeprom_done(const eeprom_change *change, uint8_t old) {
 }
 
 uint8_t eeprom_cut(const eeprom_change *change, uint8_t old, uint64_t now_ns, uint64_t random) {
+  if (now_ns >= change->begun_ns + eeprom_duration_ns(change->what)) return eeprom_done(change, old);
   uint8_t unmoved = (uint8_t)random;
   bool erasing = change->what == EEPROM_ERASE ||
                  (change->what == EEPROM_BOTH && now_ns - change->begun_ns < eeprom_duration_ns(EEPROM_ERASE));

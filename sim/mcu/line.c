@@ -15,11 +15,15 @@ void line_init(line *l, uint64_t seed, uint64_t stream) {
   line_random(&l->random);
 }
 
+uint64_t line_pass(line *l, uint64_t start_ns, double bit_ns) {
+  uint64_t start = start_ns > l->free_ns ? start_ns : l->free_ns;
+  return l->free_ns = start + (uint64_t)llround(LINE_BITS * bit_ns);
+}
+
 bool line_send(line *l, uint8_t value, uint64_t start_ns, double bit_ns) {
   if (l->count == LINE_CAPACITY) return false;
-  uint64_t start = start_ns > l->free_ns ? start_ns : l->free_ns;
-  l->free_ns = start + (uint64_t)llround(LINE_BITS * bit_ns);
-  l->bytes[(l->head + l->count++) % LINE_CAPACITY] = (line_byte){.end_ns = l->free_ns, .value = value};
+  uint64_t end = line_pass(l, start_ns, bit_ns);
+  l->bytes[(l->head + l->count++) % LINE_CAPACITY] = (line_byte){.end_ns = end, .value = value};
   return true;
 }
 

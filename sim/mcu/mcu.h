@@ -30,12 +30,12 @@ typedef struct mcu_readings {
 
 /* Faults that a test or a scenario injects; all zero is a healthy vehicle. */
 typedef struct mcu_faults {
-  int imu_silent;             /* SPI reads all ones */
-  int imu_frozen;             /* data registers keep their last sample */
-  int depth_silent;           /* no acknowledge */
-  int i2c_held;               /* SDA held low: 1 until cleared here, 2 until nine clocks on SCL free it (then 0 again) */
-  double i2c_bit_noise;       /* probability that a byte read over I2C has one bit flipped */
-  int companion_cut;          /* no byte passes in either direction */
+  int imu_silent;       /* SPI reads all ones */
+  int imu_frozen;       /* data registers keep their last sample */
+  int depth_silent;     /* no acknowledge */
+  int i2c_held;         /* SDA held low: 1 until cleared here, 2 until nine clocks on SCL free it (then 0 again) */
+  double i2c_bit_noise; /* probability that a byte read over I2C has one bit flipped */
+  int companion_cut;    /* no byte passes in either direction */
   double companion_bit_noise; /* probability that a byte on the wire has one bit flipped */
 } mcu_faults;
 
@@ -43,7 +43,7 @@ typedef struct mcu_faults {
 typedef struct mcu_counters {
   uint64_t cycles;
   uint64_t cycles_asleep;
-  uint64_t resets; /* by watchdog, and by mcu_power_cycle */
+  uint64_t resets;      /* by watchdog, and by mcu_power_cycle */
   uint64_t rx_overruns; /* bytes that the UART hardware lost because the firmware read too late */
   uint64_t rx_corrupted;
   uint64_t tx_corrupted;
@@ -51,11 +51,15 @@ typedef struct mcu_counters {
 } mcu_counters;
 
 typedef struct mcu_config {
-  const char *image;  /* ELF for `avr`; unused for `native` */
-  uint64_t seed;      /* of the line noise */
-  uint32_t baud;      /* of the companion's end of the line; the firmware's end is what it programs */
+  const char *image;     /* ELF for `avr`; unused for `native` */
+  uint64_t seed;         /* of the line noise */
+  uint32_t baud;         /* of the companion's end of the line; the firmware's end is what it programs */
   const uint8_t *eeprom; /* MCU_EEPROM_BYTES bytes, or NULL for an erased one */
 } mcu_config;
+
+/* From any reset to the program's first instruction (ATmega2560 datasheet, start-up times of the crystal oscillator
+ * with the fuses of the Arduino Mega). Pulses and lines are silent meanwhile, and what arrives is lost. */
+enum { MCU_START_UP_US = 65000 };
 
 /* Makes one, powered and in reset at time 0; NULL with a cause in `error` when it cannot. */
 mcu *mcu_create(const mcu_config *config, char *error, size_t error_size);
@@ -73,7 +77,8 @@ const mcu_counters *mcu_get_counters(const mcu *m);
 /* Width of the last complete pulse, microseconds; 0 when no pulse came for 50 ms. */
 double mcu_pulse_us(const mcu *m, int actuator);
 
-/* Host to firmware: bytes enter the line one after another at the baud, not before `not_before_us`. Returns bytes taken. */
+/* Host to firmware: bytes enter the line one after another at the baud, not before `not_before_us`. Returns bytes
+ * taken. */
 size_t mcu_uart_write(mcu *m, int port, const uint8_t *bytes, size_t count, uint64_t not_before_us);
 /* Firmware to host: bytes whose stop bit has passed. */
 size_t mcu_uart_read(mcu *m, int port, uint8_t *bytes, size_t capacity);

@@ -8,6 +8,7 @@
 #include "avr_mcu.h"
 
 enum { RUN_CYCLE_LIMIT = 100000, INTERRUPT_ENTRY_CYCLES = 5, SUPPLY_MV = 5000 };
+enum { CYCLES_PER_US = SHOAL_CPU_HZ / 1000000 };
 
 static void discard_log(avr_t *avr, const int level, const char *format, va_list arguments) {
   (void)avr, (void)level, (void)format, (void)arguments;
@@ -75,8 +76,8 @@ static avr_cycle_count_t end_of_run(avr_t *avr, avr_cycle_count_t when, void *pa
   return 0;
 }
 
-/* One stretch of instructions or sleep. Unlike simavr's own, a sleep ends exactly at the next event, so that the slicing
- * of runs leaves no trace. */
+/* One stretch of instructions or sleep. Unlike simavr's own, a sleep ends exactly at the next event, so that the
+ * slicing of runs leaves no trace. */
 static void run_stretch(avr_t *avr) {
   mcu *m = avr->custom.data;
   avr_flashaddr_t pc = avr->pc;
@@ -101,7 +102,8 @@ static void interrupt_entered(avr_irq_t *irq, uint32_t vector, void *param) {
   avr_t *avr = ((mcu *)param)->avr;
   if (!vector) return;
   avr->cycle += INTERRUPT_ENTRY_CYCLES;
-  avr->run_cycle_count = avr->run_cycle_count > INTERRUPT_ENTRY_CYCLES ? avr->run_cycle_count - INTERRUPT_ENTRY_CYCLES : 1;
+  avr->run_cycle_count =
+      avr->run_cycle_count > INTERRUPT_ENTRY_CYCLES ? avr->run_cycle_count - INTERRUPT_ENTRY_CYCLES : 1;
 }
 
 /* Every reset wiped simavr's timers and registers: put ours back. */
@@ -115,6 +117,18 @@ static void restart_parts(mcu *m) {
   avr_pwm_restart(m);
   avr_eeprom_restart(m);
   avr_call_at(m, m->target, end_of_run, m);
+  m->start = m->avr->cycle + MCU_START_UP_US * CYCLES_PER_US;
+}
+
+/* Time passes in reset, without instructions. At its end the watchdog, which simavr started with the reset, starts
+ * anew, and what happened meanwhile is told to a program that was not there. */
+static void wait_in_reset(mcu *m) {
+  avr_t *avr = m->avr;
+  bool starts = m->start <= m->target;
+  avr->cycle = starts ? m->start : m->target;
+  if (!starts) return;
+  avr_ioctl(avr, AVR_IOCTL_WATCHDOG_RESET, NULL);
+  avr_cycle_timer_process(avr);
 }
 
 static void on_reset(avr_io_t *part) {
@@ -194,20 +208,24 @@ static int fail(mcu *m) {
   char place[100];
   avr_describe(m, m->avr->pc, place, sizeof place);
   bool slept = m->avr->state == cpu_Done;
-  const char *cause = !slept                ? "ran out of program or into an invalid opcode"
+  const char *cause = !slept              ? "ran out of program or into an invalid opcode"
                       : m->avr->sreg[S_I] ? "slept deeper than idle, which stops the timers"
-                                            : "slept with interrupts off";
-  snprintf(m->failure, sizeof m->failure, "firmware %s at %s, cycle %llu", cause, place, (unsigned long long)m->avr->cycle);
+                                          : "slept with interrupts off";
+  snprintf(m->failure, sizeof m->failure, "firmware %s at %s, cycle %llu", cause, place,
+           (unsigned long long)m->avr->cycle);
   return -1;
 }
 
 int mcu_run_until(mcu *m, uint64_t time_us) {
   if (m->failure[0]) return -1;
   avr_t *avr = m->avr;
-  m->target = time_us * (SHOAL_CPU_HZ / 1000000);
+  m->target = time_us * CYCLES_PER_US;
   if (avr->cycle < m->target) avr_call_at(m, m->target, end_of_run, m);
   while (avr->cycle < m->target) {
-    avr->run(avr);
+    if (avr->cycle < m->start)
+      wait_in_reset(m);
+    else
+      avr->run(avr);
     if (avr->state == cpu_Done || avr->state == cpu_Crashed) return fail(m);
   }
   avr_run_chips(m);

@@ -29,7 +29,9 @@ static avr_cycle_count_t end_of_change(const mcu *m) {
 static void begin_change(mcu *m, uint8_t mode) {
   m->eeprom.armed = false;
   m->eeprom.change = (eeprom_change){
-      .what = mode == EECR_EEPM0 ? EEPROM_ERASE : mode == EECR_EEPM1 ? EEPROM_WRITE : EEPROM_BOTH,
+      .what = mode == EECR_EEPM0   ? EEPROM_ERASE
+              : mode == EECR_EEPM1 ? EEPROM_WRITE
+                                   : EEPROM_BOTH,
       .address = selected(m),
       .value = m->avr->data[AVR_EEDR],
       .begun_ns = avr_now_ns(m),
@@ -51,7 +53,8 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
   } else if ((value & EECR_EERE) && !e->change.what) {
     avr->data[AVR_EEDR] = e->store->eeprom[selected(m)];
   }
-  avr->data[address] = (uint8_t)((value & (EECR_EERIE | EECR_EEPM)) | (e->armed ? EECR_EEMPE : 0) | (e->change.what ? EECR_EEPE : 0));
+  avr->data[address] =
+      (uint8_t)((value & (EECR_EERIE | EECR_EEPM)) | (e->armed ? EECR_EEMPE : 0) | (e->change.what ? EECR_EEPE : 0));
   bool enabled_now = (value & EECR_EERIE) && !(before & EECR_EERIE);
   if (enabled_now && !e->change.what) avr_set_flag(m, &e->store->ready, true);
 }
@@ -85,4 +88,6 @@ void avr_eeprom_cut(mcu *m) {
   m->eeprom.change.what = 0;
 }
 
-void mcu_eeprom_read(const mcu *m, uint8_t bytes[MCU_EEPROM_BYTES]) { memcpy(bytes, m->eeprom.store->eeprom, MCU_EEPROM_BYTES); }
+void mcu_eeprom_read(const mcu *m, uint8_t bytes[MCU_EEPROM_BYTES]) {
+  memcpy(bytes, m->eeprom.store->eeprom, MCU_EEPROM_BYTES);
+}

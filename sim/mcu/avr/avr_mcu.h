@@ -11,6 +11,7 @@
 #include <simavr/avr_timer.h>
 #include <simavr/avr_twi.h>
 #include <simavr/avr_uart.h>
+#include <simavr/avr_watchdog.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
 #include <simavr/sim_cycle_timers.h>
@@ -56,7 +57,7 @@ typedef struct mcu_twi {
 
 typedef struct mcu_uart {
   avr_int_vector_t *receive, *empty, *transmitted;
-  uint16_t base;     /* data address of UCSRnA */
+  uint16_t base; /* data address of UCSRnA */
   double host_bit_ns;
   line to_mcu, to_host;
   uint8_t fifo[3], fifo_error[3]; /* two-byte buffer and shift register (ATmega2560 datasheet, USART, receiver) */
@@ -69,9 +70,9 @@ typedef struct mcu_uart {
 typedef struct mcu_pwm {
   avr_timer_t *timer;
   int channel;
-  avr_cycle_count_t rise;    /* of the newest pulse */
-  avr_cycle_count_t width;   /* of the newest pulse; 0 when none is open */
-  avr_cycle_count_t end;     /* of the last complete pulse */
+  avr_cycle_count_t rise;     /* of the newest pulse */
+  avr_cycle_count_t width;    /* of the newest pulse; 0 when none is open */
+  avr_cycle_count_t end;      /* of the last complete pulse */
   avr_cycle_count_t complete; /* width of the last complete pulse */
   uint16_t ddr;
   uint8_t ddr_mask;
@@ -96,8 +97,9 @@ typedef struct avr_wrapped_read {
 
 struct mcu {
   avr_t *avr;
-  avr_io_t part; /* takes part in simavr's resets */
-  avr_cycle_count_t target;
+  avr_io_t part;            /* takes part in simavr's resets */
+  avr_cycle_count_t target; /* end of the run */
+  avr_cycle_count_t start;  /* of the program after the last reset */
   uint64_t seed, power_ups;
   char failure[256];
   avr_image_symbol *symbols;

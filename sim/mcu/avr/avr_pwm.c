@@ -3,7 +3,8 @@
 
 #include "avr_mcu.h"
 
-_Static_assert(SHOAL_PIN_BOW == 5 && SHOAL_PIN_STERN == 2 && SHOAL_PIN_MOTOR == 6, "pulses are wired to OC3A, OC3B and OC4A");
+_Static_assert(SHOAL_PIN_BOW == 5 && SHOAL_PIN_STERN == 2 && SHOAL_PIN_MOTOR == 6,
+               "pulses are wired to OC3A, OC3B and OC4A");
 
 static const avr_cycle_count_t SILENCE = SHOAL_CPU_HZ / 20; /* 50 ms */
 
@@ -40,8 +41,8 @@ static void attach(mcu *m, int actuator, char timer, int channel, uint16_t ddr, 
   avr_irq_register_notify(p->timer->io.irq + TIMER_IRQ_OUT_COMP + channel, output_changed, p);
 }
 
-/* simavr lacks the phase-correct modes with a fixed top and overflows a timer in one of them at every count; the Arduino
- * core starts all timers in the first. They need no edges here, only a period of the right order. */
+/* simavr lacks the phase-correct modes with a fixed top and overflows a timer in one of them at every count; the
+ * Arduino core starts all timers in the first. They need no edges here, only a period of the right order. */
 static void fill_in_phase_correct_modes(avr_t *avr) {
   for (char name = '0'; name <= '5'; ++name) {
     avr_timer_t *timer = avr_module(avr, "timer", offsetof(avr_timer_t, name), name, false);

@@ -51,7 +51,8 @@ static void address_done(mcu *m) {
   if (loses_bus(m, value)) return;
   avr_run_chips(m);
   bool read = value & 1;
-  m->twi.acknowledge = (value >> 1) == MS5837_ADDRESS && !m->faults.depth_silent && ms5837_start(&m->depth, avr_now_ns(m));
+  m->twi.acknowledge =
+      (value >> 1) == MS5837_ADDRESS && !m->faults.depth_silent && ms5837_start(&m->depth, avr_now_ns(m));
   m->twi.phase = read ? TWI_READING : TWI_WRITING;
   finish(m, (uint8_t)((read ? STATUS_SLA_R : STATUS_SLA_W) + (m->twi.acknowledge ? 0 : STATUS_NO_ACK)));
 }
@@ -93,10 +94,17 @@ static avr_cycle_count_t action_done(avr_t *avr, avr_cycle_count_t when, void *p
       m->twi.action = TWI_NOTHING;
       if (m->twi.start_after_stop) begin(m, TWI_START, 1);
       break;
-    case TWI_ADDRESS: address_done(m); break;
-    case TWI_SEND: send_done(m); break;
-    case TWI_RECEIVE: receive_done(m); break;
-    case TWI_NOTHING: break;
+    case TWI_ADDRESS:
+      address_done(m);
+      break;
+    case TWI_SEND:
+      send_done(m);
+      break;
+    case TWI_RECEIVE:
+      receive_done(m);
+      break;
+    case TWI_NOTHING:
+      break;
   }
   return 0;
 }

@@ -1,4 +1,5 @@
-/* USART 0 and 1 at their true baud: transmit with one byte of buffer, receive with three, overrun and framing errors. */
+/* USART 0 and 1 at their true baud: transmit with one byte of buffer, receive with three, overrun and framing errors.
+ */
 #include <stddef.h>
 
 #include "avr_mcu.h"
@@ -30,7 +31,8 @@ static uint8_t over_the_wire(mcu *m, mcu_uart *u, line *l, uint8_t value, bool t
 
 static void show_fifo(mcu *m, mcu_uart *u) {
   uint8_t *r = registers(m, u);
-  r[0] = (uint8_t)((r[0] & ~(UCSRA_FE | UCSRA_DOR)) | (u->fifo_count ? u->fifo_error[0] : 0) | (u->overrun ? UCSRA_DOR : 0));
+  r[0] = (uint8_t)((r[0] & ~(UCSRA_FE | UCSRA_DOR)) | (u->fifo_count ? u->fifo_error[0] : 0) |
+                   (u->overrun ? UCSRA_DOR : 0));
   avr_set_flag(m, u->receive, u->fifo_count > 0);
 }
 

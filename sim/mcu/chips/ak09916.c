@@ -3,23 +3,38 @@
 
 #include <math.h>
 
-enum { WIA1 = 0x00, WIA2 = 0x01, ST1 = 0x10, HXL = 0x11, HZH = 0x16, TMPS = 0x17, ST2 = 0x18, CNTL2 = 0x31, CNTL3 = 0x32 };
+enum {
+  WIA1 = 0x00,
+  WIA2 = 0x01,
+  ST1 = 0x10,
+  HXL = 0x11,
+  HZH = 0x16,
+  TMPS = 0x17,
+  ST2 = 0x18,
+  CNTL2 = 0x31,
+  CNTL3 = 0x32
+};
 enum { DRDY = 1, DOR = 2, HOFL = 8 };
 enum { MODE_DOWN = 0, MODE_SINGLE = 1 };
 
-static const double LSB_UT = 0.15;       /* table 22 */
-static const double LIMIT = 32752;       /* table 22 */
-static const double OVERFLOW_UT = 4912;  /* sum of the magnitudes of the axes, AK09916 datasheet section 9.4.3.6 */
+static const double LSB_UT = 0.15;          /* table 22 */
+static const double LIMIT = 32752;          /* table 22 */
+static const double OVERFLOW_UT = 4912;     /* sum of the magnitudes of the axes, AK09916 datasheet section 9.4.3.6 */
 static const uint64_t MEASURE_NS = 7200000; /* single measurement, AK09916 datasheet section 5.3.3 */
 
 /* Period of the continuous modes 1 to 4; 0 for the others. */
 static uint64_t period_ns(uint8_t mode) {
   switch (mode) {
-    case 0x02: return 100000000;
-    case 0x04: return 50000000;
-    case 0x06: return 20000000;
-    case 0x08: return 10000000;
-    default: return 0;
+    case 0x02:
+      return 100000000;
+    case 0x04:
+      return 50000000;
+    case 0x06:
+      return 20000000;
+    case 0x08:
+      return 10000000;
+    default:
+      return 0;
   }
 }
 

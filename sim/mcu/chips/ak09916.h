@@ -1,5 +1,5 @@
-/* The AK09916 magnetometer inside the ICM-20948, register by register (ICM-20948 datasheet DS-000189 1.3, sections 12 and
- * 13). Its axes read as body forward, right, down when the ICM-20948 is mounted X forward, Y left, Z up. */
+/* The AK09916 magnetometer inside the ICM-20948, register by register (ICM-20948 datasheet DS-000189 1.3, sections 12
+ * and 13). Its axes read as body forward, right, down when the ICM-20948 is mounted X forward, Y left, Z up. */
 #pragma once
 
 #include <stdbool.h>

@@ -20,7 +20,13 @@ enum {
   EXT_SLV_SENS_DATA_00 = 0x3B,
   EXT_SLV_SENS_DATA_23 = 0x52
 };
-enum { GYRO_SMPLRT_DIV = 0x00, GYRO_CONFIG_1 = 0x01, ACCEL_SMPLRT_DIV_1 = 0x10, ACCEL_SMPLRT_DIV_2 = 0x11, ACCEL_CONFIG = 0x14 };
+enum {
+  GYRO_SMPLRT_DIV = 0x00,
+  GYRO_CONFIG_1 = 0x01,
+  ACCEL_SMPLRT_DIV_1 = 0x10,
+  ACCEL_SMPLRT_DIV_2 = 0x11,
+  ACCEL_CONFIG = 0x14
+};
 enum { I2C_SLV0_ADDR = 0x03, I2C_SLV4_ADDR = 0x13, I2C_SLV4_REG, I2C_SLV4_CTRL, I2C_SLV4_DO, I2C_SLV4_DI };
 enum { DEVICE_RESET = 0x80, SLEEP = 0x40, CLOCK_STOPPED = 7, I2C_MST_EN = 0x20 };
 enum { SLV_EN = 0x80, SLV_READ = 0x80, SLV_REG_DIS = 0x20, SLV4_DONE = 0x40, SLV4_NACK = 0x10 };
@@ -163,7 +169,8 @@ static void write_register(icm20948 *c, uint8_t address, uint8_t value, uint64_t
     c->selected_bank = (value >> 4) & 3;
     return;
   }
-  bool read_only = c->selected_bank == 0 && (address == WHO_AM_I || (address >= I2C_MST_STATUS && address <= EXT_SLV_SENS_DATA_23));
+  bool read_only =
+      c->selected_bank == 0 && (address == WHO_AM_I || (address >= I2C_MST_STATUS && address <= EXT_SLV_SENS_DATA_23));
   if (read_only) return;
   bool was_awake = awake(c);
   c->bank[c->selected_bank][address] = value;

@@ -1,5 +1,5 @@
-/* The ICM-20948 nine-axis IMU on SPI, register by register (datasheet DS-000189 1.3). Mounted X forward, Y left, Z up, so
- * body forward, right, down is x, -y, -z of its accelerometer and gyroscope. */
+/* The ICM-20948 nine-axis IMU on SPI, register by register (datasheet DS-000189 1.3). Mounted X forward, Y left, Z up,
+ * so body forward, right, down is x, -y, -z of its accelerometer and gyroscope. */
 #pragma once
 
 #include <stdbool.h>
@@ -18,10 +18,10 @@ typedef struct icm20948 {
   ak09916 compass;
   bool frozen; /* fault: data registers keep their last sample */
 
-  uint64_t ready_ns;         /* registers answer from here on */
-  uint64_t awake_ns;         /* origin of the sample clock: the last time that SLEEP was cleared */
-  uint64_t samples;          /* of the internal sample clock since `awake_ns` */
-  double filtered[6];        /* accelerometer then gyroscope in the chip's axes, m/s^2 and rad/s */
+  uint64_t ready_ns;  /* registers answer from here on */
+  uint64_t awake_ns;  /* origin of the sample clock: the last time that SLEEP was cleared */
+  uint64_t samples;   /* of the internal sample clock since `awake_ns` */
+  double filtered[6]; /* accelerometer then gyroscope in the chip's axes, m/s^2 and rad/s */
 
   bool in_transfer, address_taken, is_read;
   uint8_t address;

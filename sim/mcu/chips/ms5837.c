@@ -5,7 +5,8 @@
 
 enum { RESET = 0x1E, ADC_READ = 0x00, PROM_READ = 0xA0, CONVERT_D1 = 0x40, CONVERT_D2 = 0x50 };
 
-/* "Typical values" of the flow chart of pressure and temperature calculation; word 0 names the product in bits 11 to 5. */
+/* "Typical values" of the flow chart of pressure and temperature calculation; word 0 names the product in bits 11 to 5.
+ */
 static const uint16_t TYPICAL[MS5837_PROM_WORDS] = {0x1A << 5, 34982, 36352, 20328, 22354, 26646, 26146};
 
 static const uint64_t RELOAD_NS = 2800000; /* PROM reload after a reset, as for the MS5803 of the same family */

@@ -1,4 +1,5 @@
-/* The MS5837-30BA pressure sensor on I2C, command by command (TE Connectivity datasheet, 10/2015 and rev C2 12/2019). */
+/* The MS5837-30BA pressure sensor on I2C, command by command (TE Connectivity datasheet, 10/2015 and rev C2 12/2019).
+ */
 #pragma once
 
 #include <stdbool.h>
@@ -14,7 +15,7 @@ enum { MS5837_ADDRESS = 0x76, MS5837_PROM_WORDS = 7 };
 
 typedef struct ms5837 {
   uint16_t prom[MS5837_PROM_WORDS];
-  uint64_t ready_ns; /* acknowledges its address from here on */
+  uint64_t ready_ns;  /* acknowledges its address from here on */
   uint8_t conversion; /* command under way, or 0 */
   uint64_t converted_ns;
   bool spoiled;    /* the conversion under way was disturbed */

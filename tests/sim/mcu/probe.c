@@ -147,28 +147,50 @@ int main(void) {
     for (uint8_t i = 0; i < count; ++i) bytes[i] = receive();
     uint16_t word = bytes[0] | bytes[1] << 8;
     switch (letter) {
-      case 's': spi(bytes, count); break;
-      case 'i': i2c(bytes, count); break;
-      case 'c': clock_bus_free(bytes), count = 2; break;
-      case 'P': start_pwm(); break;
-      case 'p': *(bytes[2] == 0 ? &OCR3A : bytes[2] == 1 ? &OCR3B : &OCR4A) = word; break;
-      case 'A': word = analog(bytes[0]), bytes[0] = word & 255, bytes[1] = word >> 8, count = 2; break;
-      case 'l': bytes[0] = !!(PINA & _BV(PA1)), count = 1; break;
+      case 's':
+        spi(bytes, count);
+        break;
+      case 'i':
+        i2c(bytes, count);
+        break;
+      case 'c':
+        clock_bus_free(bytes), count = 2;
+        break;
+      case 'P':
+        start_pwm();
+        break;
+      case 'p':
+        *(bytes[2] == 0 ? &OCR3A : bytes[2] == 1 ? &OCR3B : &OCR4A) = word;
+        break;
+      case 'A':
+        word = analog(bytes[0]), bytes[0] = word & 255, bytes[1] = word >> 8, count = 2;
+        break;
+      case 'l':
+        bytes[0] = !!(PINA & _BV(PA1)), count = 1;
+        break;
       case 'e': /* address, value; answers how many milliseconds the write took, in tenths */
         eeprom_write_byte((uint8_t *)word, bytes[2]);
         bytes[0] = 0, count = 1;
         while (!eeprom_is_ready()) _delay_us(100), bytes[0]++;
         break;
-      case 'E': bytes[0] = eeprom_read_byte((uint8_t *)word), count = 1; break;
+      case 'E':
+        bytes[0] = eeprom_read_byte((uint8_t *)word), count = 1;
+        break;
       case 'o': /* interrupts off for some milliseconds */
         answer('o', bytes, 0);
         cli();
         pause_ms(bytes[0]);
         sei();
         continue;
-      case 'O': bytes[0] = overrun_seen, bytes[1] = frame_errors, count = 2, overrun_seen = frame_errors = 0; break;
-      case 'b': /* busy for some milliseconds */ pause_ms(bytes[0]); break;
-      case 'm': bytes[1] = reset_flags, bytes[2] = survivor, survivor = bytes[0], count = 3; break;
+      case 'O':
+        bytes[0] = overrun_seen, bytes[1] = frame_errors, count = 2, overrun_seen = frame_errors = 0;
+        break;
+      case 'b': /* busy for some milliseconds */
+        pause_ms(bytes[0]);
+        break;
+      case 'm':
+        bytes[1] = reset_flags, bytes[2] = survivor, survivor = bytes[0], count = 3;
+        break;
       case 'W': /* hang until the watchdog bites */
         wdt_enable(WDTO_120MS);
         for (;;) {
@@ -186,7 +208,8 @@ int main(void) {
         sleep_enable();
         sleep_cpu();
         break;
-      default: break;
+      default:
+        break;
     }
     answer(letter, bytes, count);
   }

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.sim.mcu.conftest import Bench, Crash, G, MakeBench, words
+from tests.sim.mcu.bench import START_MS, Bench, CrashError, G, MakeBench, words
 
 DEPTH_W, DEPTH_R = 0x76 << 1, 0x76 << 1 | 1
 
@@ -86,13 +86,13 @@ def test_pulses_have_the_programmed_width_from_the_next_period_on(bench: Bench) 
             seen.add(bench.pulse(0))
     assert seen == {1500.0, 1900.0, 1100.0, 1000.0, 2000.0}, "a lowered compare register never stretches a pulse"
     bench.write(b"W\0")
-    bench.run(250)
+    bench.run(200)
     assert bench.pulse(0) == 0, "pulses end with a reset"
 
 
 def test_line_has_the_true_baud_in_both_directions(make_bench: MakeBench) -> None:
     bench = make_bench(slice_us=10)
-    bench.run(20)
+    bench.run(START_MS)
     start = bench.now_us
     bench.write(b"s\x28" + bytes(40))
     while len(bench.received) < 42:
@@ -117,7 +117,7 @@ def test_unread_bytes_overrun_the_receiver_after_three(bench: Bench) -> None:
 
 def test_wrong_baud_lets_no_request_through(make_bench: MakeBench) -> None:
     bench = make_bench(baud=57600)
-    bench.run(20)
+    bench.run(START_MS)
     bench.write(b"l\0" * 10)
     bench.run(50)
     assert b"l\1\1" not in bench.received
@@ -140,12 +140,12 @@ def test_noise_flips_the_asked_share_of_bytes(bench: Bench) -> None:
 
 def test_eeprom_write_takes_its_time_and_survives_power(make_bench: MakeBench) -> None:
     bench = make_bench(eeprom=bytes(range(256)) * 16)
-    bench.run(20)
+    bench.run(START_MS)
     assert bench.ask("E", struct.pack("<H", 777)) == bytes([777 % 256])
     tenths = bench.ask("e", struct.pack("<HB", 777, 0x5A))[0]
     assert 33 <= tenths <= 35
-    bench.library.c.mcu_power_cycle(bench.mcu)
-    bench.run(20)
+    bench.power_cycle()
+    bench.run(START_MS)
     assert bench.ask("E", struct.pack("<H", 777)) == b"\x5a"
     assert bench.eeprom() == bytes(range(256)) * 3 + bytes([*range(9), 0x5A, *range(10, 256)]) + bytes(range(256)) * 12
 
@@ -154,10 +154,10 @@ def test_power_cut_in_a_write_harms_that_byte_alone(make_bench: MakeBench) -> No
     outcomes = set()
     for seed in range(12):
         bench = make_bench(seed=seed, eeprom=bytes(4096))
-        bench.run(20)
+        bench.run(START_MS)
         bench.write(b"e\x03" + struct.pack("<HB", 9, 0x5A))
         bench.run(0.3 + 0.35 * seed)
-        bench.library.c.mcu_power_cycle(bench.mcu)
+        bench.power_cycle()
         contents = bench.eeprom()
         assert contents[:9] + contents[10:] == bytes(4095)
         outcomes.add(contents[9])
@@ -173,11 +173,12 @@ def test_watchdog_restarts_the_program_and_keeps_its_memory(bench: Bench) -> Non
     assert bench.counters.resets == 0
     bench.run(25)
     assert bench.counters.resets == 1
+    bench.run(START_MS)
     _, flags, survivor = bench.ask("m", bytes(3))
     assert flags & 0x08, "watchdog"
     assert survivor == 0x77
-    bench.library.c.mcu_power_cycle(bench.mcu)
-    bench.run(20)
+    bench.power_cycle()
+    bench.run(START_MS)
     _, flags, survivor = bench.ask("m", bytes(3))
     assert flags & 0x01
     assert survivor != 0, "power loss leaves noise in memory"
@@ -193,10 +194,10 @@ def test_watchdog_restarts_the_program_and_keeps_its_memory(bench: Bench) -> Non
 )
 def test_crash_names_cause_and_place(bench: Bench, letter: str, text: str) -> None:
     bench.write(letter.encode() + b"\0")
-    with pytest.raises(Crash, match=text):
+    with pytest.raises(CrashError, match=text):
         bench.run(100)
-    bench.library.c.mcu_power_cycle(bench.mcu)
-    bench.run(20)
+    bench.power_cycle()
+    bench.run(START_MS)
     assert bench.ask("l") == b"\x01"
 
 
@@ -236,7 +237,7 @@ def script(bench: Bench, slice_us: int) -> tuple[bytes, int, int, bytes]:
     log = b""
     for turn in range(12):
         for n, request in enumerate(requests):
-            bench.write(request, at_us=turn * 100_000 + n * 7_001 + 20_000)
+            bench.write(request, at_us=turn * 100_000 + n * 7_001 + 70_000)
     for _ in range(120):
         bench.readings.battery_v = 10 + bench.now_us % 7
         bench.run(10)

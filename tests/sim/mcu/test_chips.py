@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.sim.mcu.conftest import SHARED, G, Library, set_readings, words
+from tests.sim.mcu.bench import SHARED, G, Library, set_readings, words
 
 DEG = math.pi / 180
 WHO_AM_I, USER_CTRL, PWR_MGMT_1, MST_STATUS, ACCEL, GYRO, TEMP, EXT = 0x00, 0x03, 0x06, 0x17, 0x2D, 0x33, 0x39, 0x3B
@@ -56,8 +56,8 @@ class Imu:
 
 
 @pytest.fixture
-def imu(library: Library) -> Imu:
-    return Imu(library)
+def imu(native: Library) -> Imu:
+    return Imu(native)
 
 
 def test_imu_wakes_as_the_datasheet_says(imu: Imu) -> None:
@@ -134,7 +134,7 @@ def test_compass_behind_the_i2c_master(imu: Imu) -> None:
     imu.run(3)
     imu.write(3, SLV0, 0x80 | COMPASS, 0x10, 0x80 | 9)
     imu.run(30)
-    status, field, end = read_compass(imu)
+    _, field, end = read_compass(imu)
     assert field == (round(20 / 0.15), round(1 / 0.15), round(43 / 0.15))
     assert end == 0
     imu.readings.field_ut = [4000, 1000, 0]
@@ -180,22 +180,22 @@ def compensate(prom: Any, d1: int, d2: int) -> tuple[int, int]:
 
 
 @pytest.fixture(scope="module")
-def depth(library: Library) -> Any:
-    chip = library.ffi.new("ms5837 *")
-    library.c.ms5837_power_on(chip, 0)
+def depth(native: Library) -> Any:
+    chip = native.ffi.new("ms5837 *")
+    native.c.ms5837_power_on(chip, 0)
     return chip
 
 
-def test_depth_sensor_prom_passes_its_own_check(library: Library, depth: Any) -> None:
-    assert library.c.ms5837_crc4(depth.prom) == depth.prom[0] >> 12
+def test_depth_sensor_prom_passes_its_own_check(native: Library, depth: Any) -> None:
+    assert native.c.ms5837_crc4(depth.prom) == depth.prom[0] >> 12
     assert (depth.prom[0] >> 5) & 0x7F == 0x1A, "MS5837-30BA26"
-    example = library.ffi.new("uint16_t[7]", [0x0000, 34982, 36352, 20328, 22354, 26646, 26146])
+    example = native.ffi.new("uint16_t[7]", [0x0000, 34982, 36352, 20328, 22354, 26646, 26146])
     checks = set()
     for bit in range(16):
         example[3] ^= 1 << bit
-        checks.add(library.c.ms5837_crc4(example))
+        checks.add(native.c.ms5837_crc4(example))
         example[3] ^= 1 << bit
-    assert library.c.ms5837_crc4(example) not in checks, "every single-bit error shows"
+    assert native.c.ms5837_crc4(example) not in checks, "every single-bit error shows"
 
 
 def test_depth_sensor_example_of_the_datasheet(depth: Any) -> None:
@@ -205,17 +205,17 @@ def test_depth_sensor_example_of_the_datasheet(depth: Any) -> None:
 
 @given(pressure=st.floats(50e3, 3e6), temperature=st.floats(-19, 84))
 @settings(max_examples=200, deadline=None)
-def test_depth_sensor_gives_back_the_pressure(library: Library, depth: Any, pressure: float, temperature: float) -> None:
-    d1, d2 = library.ffi.new("uint32_t *"), library.ffi.new("uint32_t *")
-    library.c.ms5837_raw(depth, pressure, temperature, d1, d2)
+def test_depth_sensor_gives_back_the_pressure(native: Library, depth: Any, pressure: float, temperature: float) -> None:
+    d1, d2 = native.ffi.new("uint32_t *"), native.ffi.new("uint32_t *")
+    native.c.ms5837_raw(depth, pressure, temperature, d1, d2)
     back, centidegrees = compensate(depth.prom, d1[0], d2[0])
     assert back * 10 == pytest.approx(pressure, abs=25), "resolution: 10 Pa, and rounding of the integer steps"
     assert centidegrees == pytest.approx(temperature * 100, abs=1.5)
 
 
 @pytest.mark.parametrize(("code", "longest_ms"), [(0x40, 0.60), (0x48, 9.04), (0x4A, 18.08)])
-def test_conversion_ends_after_its_longest_time(library: Library, code: int, longest_ms: float) -> None:
-    c, chip, readings = library.c, library.ffi.new("ms5837 *"), library.ffi.new("mcu_readings *")
+def test_conversion_ends_after_its_longest_time(native: Library, code: int, longest_ms: float) -> None:
+    c, chip, readings = native.c, native.ffi.new("ms5837 *"), native.ffi.new("mcu_readings *")
     set_readings(readings, SHARED)
     c.ms5837_power_on(chip, 0)
     assert not c.ms5837_start(chip, 2_000_000), "still reloading its PROM"
@@ -239,14 +239,14 @@ def test_conversion_ends_after_its_longest_time(library: Library, code: int, lon
 
 @given(value=st.integers(0, 255), off=st.floats(-0.045, 0.045))
 @settings(max_examples=100, deadline=None)
-def test_receiver_tolerates_a_small_difference_of_baud(library: Library, value: int, off: float) -> None:
-    error = library.ffi.new("bool *")
-    assert library.c.line_sample(value, 8680.0, 8680.0 * (1 + off), error) == value
+def test_receiver_tolerates_a_small_difference_of_baud(native: Library, value: int, off: float) -> None:
+    error = native.ffi.new("bool *")
+    assert native.c.line_sample(value, 8680.0, 8680.0 * (1 + off), error) == value
     assert not error[0]
 
 
-def test_receiver_far_off_reads_garbage(library: Library) -> None:
-    error = library.ffi.new("bool *")
-    assert library.c.line_sample(0x55, 8680.0, 8680.0 * 1.12, error) != 0x55
-    library.c.line_sample(0x00, 17361.0, 8680.0, error)
+def test_receiver_far_off_reads_garbage(native: Library) -> None:
+    error = native.ffi.new("bool *")
+    assert native.c.line_sample(0x55, 8680.0, 8680.0 * 1.12, error) != 0x55
+    native.c.line_sample(0x00, 17361.0, 8680.0, error)
     assert error[0], "no stop bit where it looks for one"
