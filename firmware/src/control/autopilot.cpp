@@ -5,7 +5,16 @@ namespace shoal {
 namespace {
 
 constexpr float kReferenceSpeed = 0.5f;  // m/s at which the pitch gains hold
-constexpr float kFinReach = 0.5f;        // share of the fin's range that an integral may take
+constexpr float kFinReach = 0.5f;        // share of the rudder's range that its integral may take
+constexpr float kPitchReach = 0.8f;      // share of the pitch range that its integral may take
+
+// The throttle that holds a speed, from where the propeller begins to pull.
+float throttle(float speed, float full_speed, const Parameters& parameters) {
+  if (speed == 0.0f) return 0.0f;
+  const float dead = parameters.get(Parameter::SPD_DEAD);
+  const float share = dead + (1.0f - dead) * fabsf(speed) / full_speed;
+  return clamp(speed > 0.0f ? share : -share, -1.0f, 1.0f);
+}
 
 }  // namespace
 
@@ -13,7 +22,7 @@ Effort Autopilot::step(const Navigation& now, const Setpoint& setpoint, const Pa
   Effort effort;
   effort.rudder = steer(now, setpoint.heading, parameters, dt);
   effort.plane = dive(now, setpoint.depth, parameters, dt);
-  effort.throttle = clamp(setpoint.speed / now.full_speed, -1.0f, 1.0f);
+  effort.throttle = throttle(setpoint.speed, now.full_speed, parameters);
   return effort;
 }
 
@@ -44,30 +53,25 @@ float Autopilot::dive(const Navigation& now, float depth, const Parameters& para
   const float steepest = parameters.get(Parameter::PITCH_MAX) * kDegree;
   const float speed = fmaxf(fabsf(now.speed), parameters.get(Parameter::SPD_STEER));
   const float way = 1.0f / speed;
-  const bool has_way = fabsf(now.speed) > 0.5f * speed;
   depth_error_ = depth - now.depth;
 
-  // A descent of `wanted` needs the sine of the pitch at -wanted / speed.
-  const float wanted = parameters.get(Parameter::DEP_P) * depth_error_ + depth_integral_;
-  const float pitch = -wanted * way;
+  // Slopes are vertical speeds over speed, down positive; a small one is the sine of the pitch, reversed.
+  const float fastest = parameters.get(Parameter::DEP_RATE);
+  const float slope = clamp(parameters.get(Parameter::DEP_P) * depth_error_ * way, -fastest, fastest);
+  const float slope_error = slope - now.descent * way;
+  const float pitch = -(slope + parameters.get(Parameter::DEP_W) * slope_error + slope_integral_);
   pitch_target_ = clamp(pitch, -steepest, steepest);
-  const bool climbing_up = fabsf(pitch) >= steepest && wanted * depth_error_ > 0.0f;
 
   float gain = kReferenceSpeed * way;
   gain *= gain;
-  const float error = pitch_target_ - now.pitch;
-  const float plane =
-      (parameters.get(Parameter::PITCH_P) * error - parameters.get(Parameter::PITCH_D) * now.rate.y) * gain +
-      pitch_integral_;
-  const bool winding_up = fabsf(plane) >= limit && plane * error > 0.0f;
+  const float plane = gain * (parameters.get(Parameter::PITCH_P) * (pitch_target_ - now.pitch) -
+                              parameters.get(Parameter::PITCH_D) * now.rate.y);
 
-  if (has_way && !climbing_up && !winding_up) {
-    depth_integral_ += parameters.get(Parameter::DEP_I) * depth_error_ * dt;
-    depth_integral_ = clamp(depth_integral_, -kFinReach * speed * steepest, kFinReach * speed * steepest);
-  }
-  if (has_way && !winding_up) {
-    pitch_integral_ += parameters.get(Parameter::PITCH_I) * error * gain * dt;
-    pitch_integral_ = clamp(pitch_integral_, -kFinReach * limit, kFinReach * limit);
+  const bool at_limit = fabsf(plane) >= limit || fabsf(pitch) >= steepest;
+  const bool winding_up = at_limit && pitch * slope_error < 0.0f;
+  if (!winding_up && fabsf(now.speed) > 0.5f * speed) {
+    slope_integral_ += parameters.get(Parameter::DEP_I) * slope_error * dt;
+    slope_integral_ = clamp(slope_integral_, -kPitchReach * steepest, kPitchReach * steepest);
   }
   return clamp(plane, -limit, limit);
 }

@@ -47,8 +47,7 @@ class Autopilot {
   float depth_error_ = 0.0f;
   float pitch_target_ = 0.0f;
   float yaw_integral_ = 0.0f;
-  float depth_integral_ = 0.0f;
-  float pitch_integral_ = 0.0f;
+  float slope_integral_ = 0.0f;
 };
 
 }  // namespace shoal

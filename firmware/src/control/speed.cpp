@@ -11,7 +11,9 @@ void SpeedModel::set_battery(float battery_v, const Parameters& parameters) {
 }
 
 void SpeedModel::step(float throttle, const Parameters& parameters, float dt) {
-  const float steady = throttle * full_speed_;
+  const float dead = parameters.get(Parameter::SPD_DEAD);
+  const float pull = fmaxf(fabsf(throttle) - dead, 0.0f) / (1.0f - dead);
+  const float steady = (throttle < 0.0f ? -pull : pull) * full_speed_;
   speed_ += (steady * fabsf(steady) - speed_ * fabsf(speed_)) * (dt / parameters.get(Parameter::SPD_LENGTH));
 }
 
