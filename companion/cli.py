@@ -43,8 +43,8 @@ def _parser() -> argparse.ArgumentParser:
         help="run the companion until SIGTERM",
         description=(
             "Runs the companion of this vehicle: ten times a second it takes sightings and telemetry, picks its point "
-            "of the formation and commands the firmware. A serial port or a source of sightings that is absent is waited "
-            "for. SIGTERM or Ctrl-C: neutral, disarmed, end."
+            "of the formation and commands the firmware. A serial port or a source of sightings that is absent is "
+            "waited for. SIGTERM or Ctrl-C: neutral, disarmed, end."
         ),
         epilog=_EPILOG,
     )

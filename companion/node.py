@@ -92,7 +92,8 @@ class Node:
     ) -> None:
         self.vehicle = vehicle.vehicle
         self.mission = mission
-        self.link = LinkSession(vehicle.vehicle, vehicle.firmware.parameters, rearm=vehicle.arm == "always")
+        parameters = {"DEPTH_MAX": mission.limits.depth_max_m, **vehicle.firmware.parameters}
+        self.link = LinkSession(vehicle.vehicle, parameters, rearm=vehicle.arm == "always")
         self.perception = perception or Perception()
         self.formation = formation or Formation(mission, vehicle.vehicle - 1)
         self.guidance = guidance or Guidance(mission.limits, seed=mission.seed, vehicle=vehicle.vehicle)
@@ -108,6 +109,7 @@ class Node:
     def step(self, now: float, inputs: Inputs) -> Outputs:
         """One tick at `now`, s of the mission's clock; received messages are stamped on the same clock."""
         self._events = []
+        self._guard(now, "link", lambda: self.link.listen(now, inputs.messages), None)
         motion = self._guard(now, "telemetry", lambda: self._motion(now), None)
         lost = Scene(now, None)
         scene = self._guard(now, "perception", lambda: self.perception.step(now, inputs.sighting, motion), lost)
@@ -118,7 +120,7 @@ class Node:
         setpoint = self._hold() if reason else self._follow(wanted)
         command = LinkCommand(setpoint, self._arm(now, scene, inputs.stop))
         output = self._guard(
-            now, "link", lambda: self.link.step(now, inputs.messages, command, inputs.bus), LinkOutput()
+            now, "link", lambda: self.link.step(now, (), command, inputs.bus), LinkOutput()
         )
         self._travel(scene)
         status = self._status(now, scene, decision, setpoint, reason, output, inputs)

@@ -12,7 +12,7 @@ from protocol import FIRMWARE_COMPONENT, dialect
 
 _RETRY_S = 1.0  # without an answer
 _REFUSED_RETRY_S = 2.0
-_REASON_AGE_S = 2.0  # a text of the firmware so near to a refusal gives its reason
+_REASON_S = 0.3  # after a refusal, for the firmware's texts with the reasons
 _SETTLED_S = 3.0  # of good link before arming again after a failsafe
 _RESULTS = {
     dialect.MAV_RESULT_TEMPORARILY_REJECTED: "not now",
@@ -20,6 +20,7 @@ _RESULTS = {
     dialect.MAV_RESULT_UNSUPPORTED: "unsupported",
     dialect.MAV_RESULT_FAILED: "failed",
 }
+_PREFIX = "arming refused: "
 
 
 class Arming:
@@ -29,45 +30,48 @@ class Arming:
     again once the link has been good for 3 s; a command to disarm clears that memory.
     """
 
-    def __init__(self, vehicle: int, rearm: bool) -> None:
-        self.refusal = ""  # the firmware's last reason
-        self._vehicle = vehicle
+    def __init__(self, rearm: bool) -> None:
+        self.refusal = ""  # the firmware's last reasons, "" once armed
         self._rearm = rearm
+        self._wanted: bool | None = None
         self._next = -math.inf  # no command before
         self._attempts = 0
-        self._was_armed = False
-        self._wanted: bool | None = None
+        self._was_driving = False
         self._ended_at: float | None = None  # when the firmware ended the run
-        self._text = ""
-        self._text_at = -math.inf
+        self._result = 0  # of a refused command whose reasons are still being gathered
+        self._refused_at = -math.inf
+        self._reasons: list[str] = []
+
+    def clock_was_set_back(self, now: float) -> None:
+        """Plans anew from `now`."""
+        self._next = self._refused_at = -math.inf
+        if self._ended_at is not None:
+            self._ended_at = now
 
     def heard(self, now: float, text: str) -> None:
-        """Takes a STATUSTEXT, which may hold the reason of a refusal."""
-        self._text, self._text_at = text, now
+        """Takes a STATUSTEXT, which may hold a reason."""
+        if self._result and now - self._refused_at <= _REASON_S:
+            self._reasons.append(text.removeprefix(_PREFIX))
 
-    def acknowledged(self, now: float, fields: Any) -> list[Event]:
+    def acknowledged(self, now: float, fields: Any) -> None:
         """Takes a COMMAND_ACK."""
         if fields.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM or self._wanted is None:
-            return []
-        if fields.result in (dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_IN_PROGRESS):
-            return []
-        self._next = now + _REFUSED_RETRY_S
-        reason = self._text if now - self._text_at <= _REASON_AGE_S else _RESULTS.get(fields.result, "no reason given")
-        known, self.refusal = self.refusal, reason
-        what = "arming" if self._wanted else "disarming"
-        return [] if known == reason else [Event(now, Severity.WARNING, "link", f"{what} refused: {reason}")]
+            return
+        if fields.result not in (dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_IN_PROGRESS):
+            self._next = now + _REFUSED_RETRY_S
+            self._result, self._refused_at, self._reasons = fields.result, now, []
 
     def step(
         self, now: float, wanted: bool | None, ready: bool, telemetry: Telemetry, peer: int
     ) -> tuple[list[protocol.Message], list[Event]]:
         """Commands to send and events of one tick; `wanted` None leaves the vehicle as it is."""
-        armed, driving = telemetry.armed, telemetry.armed and not telemetry.failsafe
-        events = self._notice(now, wanted, driving)
+        driving = telemetry.armed and not telemetry.failsafe
+        events = self._notice(now, wanted, driving) + self._explain(now)
         if wanted is not self._wanted:
             self._wanted, self._attempts, self._next, self.refusal = wanted, 0, -math.inf, ""
         if wanted is False:
             self._ended_at = None
-        if wanted is None or (wanted is True and driving) or (wanted is False and not armed):
+        if wanted is None or (driving if wanted else not telemetry.armed):
             self._attempts = 0
             return [], events
         if now < self._next or (wanted and not (ready and self._may_arm(now))):
@@ -81,18 +85,30 @@ class Arming:
     def _may_arm(self, now: float) -> bool:
         return self._ended_at is None or (self._rearm and now - self._ended_at >= _SETTLED_S)
 
+    # Tells of a refusal once its reasons are in, and again only when they change.
+    def _explain(self, now: float) -> list[Event]:
+        if not self._result or now - self._refused_at < _REASON_S:
+            return []
+        reason = (
+            ", ".join(dict.fromkeys(self._reasons)) or self.refusal or _RESULTS.get(self._result, "no reason given")
+        )
+        self._result = 0
+        if reason == self.refusal:
+            return []
+        self.refusal = reason
+        what = "arming" if self._wanted else "disarming"
+        return [Event(now, Severity.WARNING, "link", f"{what} refused: {reason}")]
+
     # Tells of changes, and remembers a run that the firmware ended.
     def _notice(self, now: float, wanted: bool | None, driving: bool) -> list[Event]:
-        events = []
-        if driving and not self._was_armed:
+        was, self._was_driving = self._was_driving, driving
+        if driving and not was:
             self.refusal, self._ended_at = "", None
-            events.append(Event(now, Severity.INFO, "link", "armed"))
-        elif self._was_armed and not driving:
+            return [Event(now, Severity.INFO, "link", "armed")]
+        if was and not driving:
             if wanted is False:
-                events.append(Event(now, Severity.INFO, "link", "disarmed"))
-            else:
-                self._ended_at = now
-                then = "arming again when the link is good" if self._rearm else "arm again by hand"
-                events.append(Event(now, Severity.ERROR, "link", f"the firmware ended the run ({then})"))
-        self._was_armed = driving
-        return events
+                return [Event(now, Severity.INFO, "link", "disarmed")]
+            self._ended_at = now
+            then = "arming again when the link is good" if self._rearm else "arm again by hand"
+            return [Event(now, Severity.ERROR, "link", f"the firmware ended the run ({then})")]
+        return []

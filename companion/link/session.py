@@ -25,7 +25,8 @@ SETPOINT_S = 0.1
 TIMESYNC_S = 0.5
 _RETRY_S = 0.5
 _RECONFIGURE_S = 5.0  # after a refusal
-_REPEAT_S = 10.0  # before the same cause is told again
+_REPEAT_S = 10.0  # before the same cause or text is told again
+_MOST_TEXTS = 64
 _EARLY_S = 0.005  # a tick that comes so early is still in time
 _TYPE_MASK = 0x09E3  # z, vx, vy and yaw hold; everything else is to be ignored
 _OPEN_BUS = BusReport(BusState.OPEN, "", Counters())
@@ -76,7 +77,7 @@ class LinkSession:
         self.foreign = 0  # messages of others on the line
         self.undecodable = 0
         self.losses = 0  # times the link went down
-        self._arming = Arming(vehicle, rearm)
+        self._arming = Arming(rearm)
         self._configurator = Configurator({"SYS_ID": float(vehicle), **parameters})
         self._diagnostician = Diagnostician()
         self._heard = -math.inf
@@ -85,6 +86,7 @@ class LinkSession:
         self._boot_ms = 0
         self._sent: dict[str, float] = {}
         self._told: dict[Cause, float] = {}
+        self._texts: dict[str, float] = {}  # of the firmware, and when each was told last
         self._told_losses = 0
         self._refused_at = -math.inf
         self._out = LinkOutput()
@@ -103,23 +105,33 @@ class LinkSession:
         bus: BusReport = _OPEN_BUS,
     ) -> LinkOutput:
         """One tick: received messages in, messages to send and events out."""
-        self._out = LinkOutput()
-        if now < self._now:  # the clock was set back: nothing that was planned by it holds
-            self._sent.clear()
-            self._told.clear()
-            self.timesync.restart()
-            self._heard = min(self._heard, now)
-            self._refused_at = -math.inf
+        self.listen(now, messages)
+        self._judge(bus)
+        if bus.state is BusState.OPEN:
+            self._talk(command)
+        out, self._out = self._out, LinkOutput()
+        return out
+
+    def listen(self, now: float, messages: Iterable[Message]) -> None:
+        """The first half of `step` alone, for who needs this tick's telemetry before the command is known."""
+        if now < self._now:
+            self._clock_was_set_back(now)
         self._now = now
         for message in messages:
             try:
                 self._receive(message)
             except (protocol.FrameError, UnicodeError, AttributeError, ValueError, TypeError):
                 self.undecodable += 1
-        self._judge(bus)
-        if bus.state is BusState.OPEN:
-            self._talk(command)
-        return self._out
+
+    # Nothing that was planned by the old clock holds.
+    def _clock_was_set_back(self, now: float) -> None:
+        for planned in (self._sent, self._told, self._texts):
+            planned.clear()
+        self._refused_at = -math.inf
+        self._heard = min(self._heard, now)
+        self.timesync.restart()
+        self._configurator.restart()
+        self._arming.clock_was_set_back(now)
 
     # ------------------------------------------------------------------------------------------------ receiving
 
@@ -142,7 +154,7 @@ class LinkSession:
         elif message.id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
             self._relay(message)
         elif message.id == dialect.MAVLINK_MSG_ID_COMMAND_ACK:
-            self._out.events += self._arming.acknowledged(self._now, message.fields)
+            self._arming.acknowledged(self._now, message.fields)
         self.telemetry.update(message)
 
     # The line is point to point: before SYS_ID is verified any id is the firmware's, afterwards only the vehicle's own.
@@ -185,11 +197,16 @@ class LinkSession:
 
     def _relay(self, message: Message) -> None:
         fields = message.fields
+        self._arming.heard(self._now, fields.text)
+        if self._now - self._texts.get(fields.text, -math.inf) < _REPEAT_S:
+            return
+        if len(self._texts) > _MOST_TEXTS:
+            self._texts.clear()
+        self._texts[fields.text] = self._now
         severity = Severity.INFO
         if fields.severity <= dialect.MAV_SEVERITY_WARNING:
             severity = Severity.WARNING if fields.severity == dialect.MAV_SEVERITY_WARNING else Severity.ERROR
         self._out.events.append(Event(self._now, severity, "firmware", fields.text))
-        self._arming.heard(self._now, fields.text)
 
     # ---------------------------------------------------------------------------------------------------- state
 
@@ -291,9 +308,10 @@ class LinkSession:
             self._send(param_set(self._peer, FIRMWARE_COMPONENT, name, value))
 
     def _send_setpoint(self, setpoint: Setpoint) -> None:
-        heading, depth, speed = setpoint.heading, setpoint.depth, setpoint.speed
-        if not (math.isfinite(heading) and math.isfinite(depth) and math.isfinite(speed)):
+        if not (math.isfinite(setpoint.heading) and math.isfinite(setpoint.depth) and math.isfinite(setpoint.speed)):
             return
+        heading = math.remainder(setpoint.heading, 2 * math.pi)
+        depth, speed = max(setpoint.depth, 0.0), setpoint.speed
         self._send(
             dialect.MAVLink_set_position_target_local_ned_message(
                 int(max(self._now, 0.0) * 1000) & 0xFFFFFFFF,

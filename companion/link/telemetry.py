@@ -101,4 +101,4 @@ class Telemetry:
     def failsafe(self) -> bool:
         """Whether the newest heartbeat tells of a failsafe that only arming again ends."""
         message = self._latest.get(dialect.MAVLINK_MSG_ID_HEARTBEAT)
-        return message is not None and message.fields.system_status == dialect.MAV_STATE_EMERGENCY
+        return message is not None and message.fields.system_status >= dialect.MAV_STATE_CRITICAL
