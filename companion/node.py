@@ -119,9 +119,7 @@ class Node:
         reason = self._reason_to_hold(inputs, decision, wanted)
         setpoint = self._hold() if reason else self._follow(wanted)
         command = LinkCommand(setpoint, self._arm(now, scene, inputs.stop))
-        output = self._guard(
-            now, "link", lambda: self.link.step(now, (), command, inputs.bus), LinkOutput()
-        )
+        output = self._guard(now, "link", lambda: self.link.step(now, (), command, inputs.bus), LinkOutput())
         self._travel(scene)
         status = self._status(now, scene, decision, setpoint, reason, output, inputs)
         return Outputs(output.messages, status)

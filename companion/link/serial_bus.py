@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import select
 import termios
 import threading
@@ -47,7 +48,6 @@ class SerialBus(Bus):
             if self._serial is not None:
                 with contextlib.suppress(*_PORT_ERRORS):
                     self._flush()
-                    self._serial.flush()
             self._close()
             self.state, self.cause = BusState.SHUT, ""
 
@@ -119,11 +119,12 @@ class SerialBus(Bus):
     def _flush(self) -> None:
         if self._serial is None or not self._pending:
             return
-        with contextlib.suppress(serial.SerialTimeoutException, BlockingIOError):
-            del self._pending[: self._serial.write(bytes(self._pending)) or 0]
+        # pyserial's own write spins for ever on a line that takes nothing; the descriptor is non-blocking.
+        with contextlib.suppress(BlockingIOError):
+            del self._pending[: os.write(self._serial.fileno(), self._pending)]
 
 
 # The operating system's words where there are some.
 def _reason(error: BaseException) -> str:
-    strerror = getattr(error, "strerror", None)
-    return str(strerror or error).split(": [Errno")[0]
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error)

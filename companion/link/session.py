@@ -27,6 +27,7 @@ _RETRY_S = 0.5
 _RECONFIGURE_S = 5.0  # after a refusal
 _REPEAT_S = 10.0  # before the same cause or text is told again
 _MOST_TEXTS = 64
+_ABSURD = 1e6  # in any unit of a setpoint
 _EARLY_S = 0.005  # a tick that comes so early is still in time
 _TYPE_MASK = 0x09E3  # z, vx, vy and yaw hold; everything else is to be ignored
 _OPEN_BUS = BusReport(BusState.OPEN, "", Counters())
@@ -308,8 +309,8 @@ class LinkSession:
             self._send(param_set(self._peer, FIRMWARE_COMPONENT, name, value))
 
     def _send_setpoint(self, setpoint: Setpoint) -> None:
-        if not (math.isfinite(setpoint.heading) and math.isfinite(setpoint.depth) and math.isfinite(setpoint.speed)):
-            return
+        if not all(abs(value) < _ABSURD for value in (setpoint.heading, setpoint.depth, setpoint.speed)):
+            return  # not finite, or not to be written as a single
         heading = math.remainder(setpoint.heading, 2 * math.pi)
         depth, speed = max(setpoint.depth, 0.0), setpoint.speed
         self._send(

@@ -8,8 +8,9 @@ from collections import deque
 _SAMPLES = 40
 _FLOOR_S = 0.005  # a sample this near to the line is never an outlier
 _SIGMAS = 4.0
-_OUTLIERS_TO_RESTART = 6  # so many in a row mean that the other clock jumped
+_OUTLIERS_TO_RESTART = 6  # so many in a row mean that the other clock jumped or the line got slower
 _SLOWEST_S = 1.0  # a longer round trip tells nothing
+_SLOW, _SLOW_S = 4.0, 0.02  # nor does one longer than this times the fastest, plus this
 _RATE_ERROR = 5e-3  # most that a ceramic resonator is off
 
 
@@ -42,8 +43,9 @@ class TimeSync:
             return False
         ours = (sent + came) / 2
         if self.synchronised:
+            slow = trip > _SLOW * self.round_trip + _SLOW_S
             allowed = max(_FLOOR_S, _SIGMAS * self.residual) + trip / 2
-            if abs(ours - self.ours(theirs)) > allowed:
+            if slow or abs(ours - self.ours(theirs)) > allowed:
                 self.rejected += 1
                 self._outliers += 1
                 if self._outliers < _OUTLIERS_TO_RESTART:
