@@ -40,6 +40,14 @@ struct plant {
   int closing;
 };
 
+uint64_t plant_layout(void) {
+  const size_t sizes[] = {sizeof(plant_vehicle), sizeof(plant_config), sizeof(mcu_readings), sizeof(mcu_faults),
+                          sizeof(sensor_faults)};
+  uint64_t layout = 0;
+  for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) layout = layout * 4093 + sizes[i];
+  return layout;
+}
+
 static void fail(member *m, const char *cause) {
   m->failed = 1;
   snprintf(m->cause, sizeof m->cause, "%.4f s: %s", (double)m->time_us * 1e-6, cause);

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Counters:
-    """What one microcontroller has counted since creation; cycles are 0 without simavr."""
+    """What one microcontroller has counted since creation; cycles and bus clocks are 0 without simavr."""
 
     cycles: int
     cycles_asleep: int
@@ -30,6 +30,8 @@ class Counters:
     rx_overruns: int
     rx_corrupted: int
     tx_corrupted: int
+    spi_hz: int
+    i2c_hz: int
 
 
 class _Field:

@@ -35,6 +35,14 @@ def _ffi() -> FFI:
 ffi: Any = _ffi()
 
 
+def layout() -> int:
+    """What `plant_layout` of a library built from these very headers returns."""
+    value = 0
+    for name in ("plant_vehicle", "plant_config", "mcu_readings", "mcu_faults", "sensor_faults"):
+        value = value * 4093 + int(ffi.sizeof(name))
+    return value
+
+
 @cache
 def load(make: str) -> Any:
     """The library of one make (`avr`, `native` or `null`). Raises PlantError when it is unknown or not built."""
@@ -44,6 +52,10 @@ def load(make: str) -> Any:
     if not path.exists():
         raise PlantError(f"{path} is missing: run `make plant`")
     try:
-        return ffi.dlopen(str(path))
-    except OSError as error:
+        library = ffi.dlopen(str(path))
+        same = library.plant_layout() == layout()
+    except (OSError, AttributeError) as error:
         raise PlantError(f"{path} does not load ({error}): run `make plant`") from error
+    if not same:
+        raise PlantError(f"{path} was built from other headers: run `make plant`")
+    return library

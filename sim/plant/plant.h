@@ -31,6 +31,9 @@ typedef struct plant_config {
 
 typedef struct plant plant;
 
+/* A number that changes when the size of a shared structure does: the caller's declarations must be the library's. */
+uint64_t plant_layout(void);
+
 /* Makes the fleet at time 0 from its starting states; NULL with a cause in `error` when it cannot. */
 plant *plant_create(const plant_config *config, const hull_state *starts, char *error, size_t error_size);
 void plant_destroy(plant *p);
