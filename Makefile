@@ -88,8 +88,10 @@ bench: plant ## measure how much faster than real time the simulator is, and why
 	@.venv/bin/shoal-sim bench $(ARGS)
 
 .PHONY: docs
-docs: protocol ## write the reference of messages, parameters and files into build/docs (1 second)
+docs: protocol ## write the reference of messages, parameters and files into build/docs, and docs/hull.md (20 seconds)
 	@$(PYTHON) scripts/document.py build/docs
+	@$(BUILD) plant-null
+	@$(PYTHON) -m sim.plant.manoeuvres
 
 .PHONY: flash
 flash: firmware ## write the image into a board: make flash PORT=/dev/ttyUSB0 (10 seconds)

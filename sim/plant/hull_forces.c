@@ -5,7 +5,8 @@
 
 static const double pi = 3.14159265358979323846;
 
-static double clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
+/* Never outside the limits, whatever x is: NaN gives `low`. */
+static double clamp(double x, double low, double high) { return x > low ? (x < high ? x : high) : low; }
 
 /* 0 to 1 with level ends. */
 static double smoothstep(double x) {
