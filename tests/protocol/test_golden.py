@@ -139,7 +139,7 @@ def wrong_frames(directory: Path, head: list[str], checks: list[str], names: lis
     calls = [f'  if (!frame_{index}()) puts("{name} {index}");' for index, name in enumerate(names)]
     source, program = directory / "golden.cpp", directory / "golden"
     source.write_text("\n".join([*head, "#include <stdio.h>", *checks, "int main() {", *calls, "  return 0;", "}"]))
-    flags = ["-std=gnu++14", "-O1", "-Wall", "-Wextra", "-Werror", "-fsanitize=address,undefined"]
+    flags = ["-std=gnu++14", "-O0", "-Wall", "-Wextra", "-Werror", "-fsanitize=address,undefined"]
     places = [f"-I{ROOT / 'firmware/src'}", f"-I{ROOT / 'firmware/src/link'}", f"-I{ROOT / 'tests/protocol'}"]
     command: list[str | Path] = ["c++", *flags, "-fno-sanitize-recover=all", *places, source, *more, "-o", program]
     subprocess.run(command, check=True)
