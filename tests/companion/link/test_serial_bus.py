@@ -140,7 +140,12 @@ def test_the_notifier_survives_a_broken_bus_and_a_broken_listener() -> None:
     reader, grumbler = BufferedReader(), Grumbler()
     notifier = Notifier(bus, [grumbler, reader])
     messages: list[Message] = []
-    assert eventually(lambda: (messages.extend(reader.take()), len(messages) == 4)[1])
+
+    def all_heard() -> bool:
+        messages.extend(reader.take())
+        return len(messages) == 4
+
+    assert eventually(all_heard)
     assert grumbler.heard == 4
     assert notifier.is_alive()
     assert any("the bus is broken" in text for text in reader.errors)
