@@ -1,0 +1,186 @@
+"""Grades a run: lengths, separations, times and tracking errors of a history, and a verdict on each criterion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from companion.scene import Phase
+from sim.history import Array, History
+from sim.scenario import CriteriaConfig
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One criterion: what was measured, what was asked for, both as text, and whether it holds."""
+
+    name: str
+    measured: str
+    required: str
+    holds: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Grade:
+    """Figures of a run; None where the run never came to what a figure measures.
+
+    Lengths are metres over ground from the start of the run to its end. `tracking_rms_m` is the distance to the point
+    that each vehicle decided for, `tracking_best_rms_m` that of the matching with the least sum of distances, both
+    over all vehicles and all samples of steady travel. `forming_ratio` is the way swum until each vehicle reached its
+    point, plus the rest that was still to go, over the least possible sum of straight ways.
+    """
+
+    points_filled: int
+    collisions: int
+    min_separation_m: float | None
+    mean_length_m: float
+    sd_length_m: float
+    forming_time_s: float | None
+    forming_ratio: float | None
+    tracking_rms_m: float | None
+    tracking_best_rms_m: float | None
+    tracking_max_m: float | None
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def success(self) -> bool:
+        """Whether every criterion holds."""
+        return all(verdict.holds for verdict in self.verdicts)
+
+
+def grade(history: History, criteria: CriteriaConfig, start_s: float) -> Grade:
+    """Figures and verdicts of a history; `start_s` is the start of forming by the mission's clock."""
+    matched = match_points(history)
+    steady = steady_travel(history, criteria.settling_s)
+    decided_error = history.tracking_error()[steady]
+    points = history.points.shape[1]
+    filled = points_filled(history, matched, criteria)
+    collisions = count_collisions(history.separation, criteria.separation_m)
+    separation = float(np.min(history.separation)) if history.separation.size else None
+    lengths = history.travelled[-1]
+    forming_time = forming_end(history, matched, criteria, start_s)
+    tracking = _rms(decided_error)
+    wanted = points if criteria.points_filled is None else criteria.points_filled
+    verdicts = [
+        Verdict("points filled", f"{filled} of {points}", f"at least {wanted}", filled >= wanted),
+        Verdict(
+            "collisions",
+            f"{collisions} (closest hulls {_spell(separation, 'm')})",
+            f"at most {criteria.collisions} under {criteria.separation_m:g} m",
+            collisions <= criteria.collisions,
+        ),
+    ]
+    if criteria.forming_time_s is not None:
+        holds = forming_time is not None and forming_time <= criteria.forming_time_s
+        verdicts.append(
+            Verdict("forming time", _spell(forming_time, "s"), f"at most {criteria.forming_time_s:g} s", holds)
+        )
+    if criteria.tracking_rms_m is not None:
+        undecided = int(np.sum(np.isnan(decided_error)))
+        holds = tracking is not None and tracking <= criteria.tracking_rms_m and undecided == 0
+        measured = _spell(tracking, "m RMS") + (f", {undecided} samples without a point" if undecided else "")
+        verdicts.append(Verdict("tracking error", measured, f"at most {criteria.tracking_rms_m:g} m RMS", holds))
+    best = matched[steady]
+    return Grade(
+        points_filled=filled,
+        collisions=collisions,
+        min_separation_m=separation,
+        mean_length_m=float(np.mean(lengths)),
+        sd_length_m=float(np.std(lengths)),
+        forming_time_s=forming_time,
+        forming_ratio=forming_ratio(history, matched, criteria, start_s, forming_time),
+        tracking_rms_m=tracking,
+        tracking_best_rms_m=_rms(best),
+        tracking_max_m=float(np.nanmax(decided_error)) if np.isfinite(decided_error).any() else None,
+        verdicts=tuple(verdicts),
+    )
+
+
+def match_points(history: History) -> Array:
+    """Distance (T, L) m of each point to the vehicle of its own, by the matching with the least sum at each time."""
+    out = np.full(history.points.shape[:2], np.inf)
+    for k, (points, position) in enumerate(zip(history.points, history.position, strict=True)):
+        distance = np.linalg.norm(points[:, None] - position[None], axis=2)
+        rows, columns = linear_sum_assignment(distance)
+        out[k, rows] = distance[rows, columns]
+    return out
+
+
+def steady_travel(history: History, settling_s: float) -> NDArray[np.bool_]:
+    """Mask (T,) of the samples in travel, the first `settling_s` seconds of it left out."""
+    travel = history.during(Phase.TRAVEL)
+    if not travel.any():
+        return travel
+    return travel & (history.time >= history.time[travel][0] + settling_s)
+
+
+def points_filled(history: History, matched: Array, criteria: CriteriaConfig) -> int:
+    """How many points have a vehicle of their own all through the last `hold_s` of travel, or of a run without any."""
+    travel = history.during(Phase.TRAVEL)
+    phase, radius = (travel, criteria.fill_radius_m) if travel.any() else (~travel, criteria.arrival_radius_m)
+    last = phase & (history.time >= history.time[phase][-1] - criteria.hold_s)
+    return int(np.sum(np.all(matched[last] <= radius, axis=0)))
+
+
+def count_collisions(separation: Array, limit: float) -> int:
+    """How many times a pair of hulls came nearer than `limit` m; separation (T, P) m. Staying near counts once."""
+    near = separation < limit
+    if not near.size:
+        return 0
+    return int(np.sum(near[0]) + np.sum(near[1:] & ~near[:-1]))
+
+
+def forming_end(history: History, matched: Array, criteria: CriteriaConfig, start_s: float) -> float | None:
+    """Seconds from the start of forming to the first moment from which on all points stay filled for `hold_s`."""
+    time = history.time
+    if not matched.shape[1] or time[-1] < start_s:
+        return None
+    good = np.all(matched <= criteria.arrival_radius_m, axis=1) & (time >= start_s)
+    since = np.inf
+    for now, whole in zip(time, good, strict=True):
+        since = min(since, float(now)) if whole else np.inf
+        if now - since >= criteria.hold_s - 1e-9:
+            return since - start_s
+    return None
+
+
+def forming_ratio(
+    history: History, matched: Array, criteria: CriteriaConfig, start_s: float, forming_time: float | None
+) -> float | None:
+    """Way swum in forming over the optimum, rest to the point included; None when the formation never stood.
+
+    Each vehicle's way counts until it first comes within `fill_radius_m` of the point it is matched to when the
+    formation stands; what is left then is added, so that a generous radius gains nothing.
+    """
+    if forming_time is None:
+        return None
+    first = int(np.searchsorted(history.time, start_s))
+    stood = int(np.searchsorted(history.time, start_s + forming_time))
+    travel = np.flatnonzero(history.during(Phase.TRAVEL))
+    end = int(travel[0]) if len(travel) else len(history.time)
+    if stood >= end:
+        return None
+    distance = np.linalg.norm(history.points[stood][:, None] - history.position[stood][None], axis=2)
+    points, vehicles = linear_sum_assignment(distance)
+    swum = 0.0
+    for point, vehicle in zip(points, vehicles, strict=True):
+        away = np.linalg.norm(history.points[first:end, point] - history.position[first:end, vehicle], axis=1)
+        inside = np.flatnonzero(away <= criteria.fill_radius_m)
+        arrival = int(inside[0]) if len(inside) else int(np.argmin(away))
+        travelled = history.travelled[:, vehicle]
+        swum += float(travelled[first + arrival] - travelled[first] + away[arrival])
+    straight = np.linalg.norm(history.points[first][:, None] - history.position[first][None], axis=2)
+    optimum = float(straight[linear_sum_assignment(straight)].sum())
+    return swum / optimum if optimum > 0.0 else None
+
+
+def _rms(errors: Array) -> float | None:
+    known = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else None
+
+
+def _spell(value: float | None, unit: str) -> str:
+    return "never" if value is None else f"{value:.2f} {unit}"
