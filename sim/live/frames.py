@@ -1,0 +1,63 @@
+"""What the live page is told: one introduction of the run, then a frame for every moment that it shows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sim.history import Snapshot
+from sim.record import nearest_hulls
+from sim.scenario import Scenario
+from sim.world import HULL_DIAMETER_M, HULL_LENGTH_M
+
+
+def introduction(scenario: Scenario, mcu: str) -> dict[str, Any]:
+    """Everything about a run that does not change."""
+    mission, config = scenario.mission, scenario.config
+    return {
+        "type": "run",
+        "scenario": scenario.name,
+        "title": config.title,
+        "seed": mission.seed,
+        "mcu": mcu,
+        "vehicles": mission.vehicles,
+        "duration_s": config.duration_s,
+        "shape": mission.formation.shape,
+        "range_m": config.sensor.range_m,
+        "hull_m": [HULL_LENGTH_M, HULL_DIAMETER_M],
+        "path": np.round(mission.path.corners(), 3).tolist(),
+        "tracking_limit_m": config.criteria.tracking_rms_m,
+        "separation_limit_m": config.criteria.separation_m,
+    }
+
+
+def frame(snapshot: Snapshot) -> dict[str, Any]:
+    """One moment, rounded to what can be seen."""
+    nearest = nearest_hulls(snapshot.separation, len(snapshot.position))
+    return {
+        "type": "frame",
+        "t": round(snapshot.now, 2),
+        "phase": snapshot.phase.value,
+        "points": np.round(snapshot.points, 2).tolist(),
+        "current": np.round(snapshot.current.mean(axis=0)[:2], 3).tolist(),
+        "vehicles": [_vehicle(snapshot, i, float(nearest[i])) for i in range(len(snapshot.position))],
+        "events": [{"t": round(e.stamp, 2), "vehicle": e.vehicle, "text": e.text} for e in snapshot.events],
+    }
+
+
+def _vehicle(snapshot: Snapshot, i: int, nearest: float) -> dict[str, Any]:
+    point, report = int(snapshot.decided[i]), snapshot.reports[i]
+    error = float(np.linalg.norm(snapshot.position[i] - snapshot.points[point])) if point >= 0 else None
+    return {
+        "at": np.round(snapshot.position[i], 3).tolist(),
+        "yaw": round(float(snapshot.euler[i, 2]), 3),
+        "speed": round(float(np.linalg.norm(snapshot.velocity[i])), 3),
+        "length": round(float(snapshot.travelled[i]), 1),
+        "nearest": round(nearest, 2) if np.isfinite(nearest) else None,
+        "point": point if point >= 0 else None,
+        "error": None if error is None else round(error, 3),
+        "battery": report.get("battery_v"),
+        "link": report.get("link", ""),
+        "mode": report.get("mode", ""),
+    }
