@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.events import Severity
 from companion.scene import Phase
+from companion.status import Status
 
 Array = NDArray[np.float64]
 SAMPLE_PERIOD_S = 0.1
@@ -17,11 +19,12 @@ SAMPLE_PERIOD_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth a line in the log: time s, vehicle number (0 for the whole fleet), text."""
+    """Something worth a line in the log: time s, vehicle number (0 for the whole fleet), text, how bad it is."""
 
     stamp: float
     vehicle: int
     text: str
+    severity: Severity = Severity.INFO
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +33,8 @@ class Snapshot:
 
     Mission frame, m, m/s, rad: position, velocity over ground, Euler angles and current (N, 3), points (L, 3);
     travelled (N,) m over ground; pulses (N, 3) us of bow, stern and motor; separation (P,) least distance m between
-    hulls since the last snapshot, pairs as in numpy.triu_indices(N, 1); decided (N,) point each vehicle holds, -1 for
-    none; reports (N) plain values of each companion's status, empty before its first tick.
+    hulls since the last snapshot, pairs as in numpy.triu_indices(N, 1); statuses (N) of the companions, None before
+    the first tick.
     """
 
     now: float
@@ -45,9 +48,14 @@ class Snapshot:
     separation: Array
     points: Array
     heading: float
-    decided: NDArray[np.int64]
-    reports: tuple[dict[str, Any], ...]
+    statuses: tuple[Status | None, ...]
     events: tuple[Event, ...] = ()
+
+    @property
+    def decided(self) -> NDArray[np.int64]:
+        """Index (N,) of the point that each vehicle holds, -1 for none."""
+        points = [None if status is None else status.point for status in self.statuses]
+        return np.array([-1 if point is None else point for point in points], dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,10 +9,13 @@ from typing import Any, BinaryIO
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
+from companion.events import Severity
+from companion.status import to_json
 from sim.history import Array, Event, Snapshot
 
 MAP_FRAME, MISSION_FRAME = "map", "mission_ned"
 _NANOSECONDS = 1_000_000_000
+_LEVELS = {Severity.INFO: 2, Severity.WARNING: 3, Severity.ERROR: 4}  # of foxglove.Log
 _NUMBER = {"type": "number"}
 _TEXT = {"type": "string"}
 
@@ -82,7 +85,7 @@ class Recorder:
 
     def observe(self, snapshot: Snapshot) -> None:
         """Adds everything of one snapshot."""
-        now, count = snapshot.now, len(snapshot.position)
+        now, count, decided = snapshot.now, len(snapshot.position), snapshot.decided
         nearest = nearest_hulls(snapshot.separation, count)
         formation = {
             "phase": snapshot.phase.value,
@@ -92,7 +95,7 @@ class Recorder:
         self._write("/formation", "shoal.Formation", now, formation)
         self._write("/scene", "foxglove.SceneUpdate", now, {"entities": [_points_entity(snapshot)]})
         for i in range(count):
-            topic, point = f"/vehicle_{i + 1}", int(snapshot.decided[i])
+            topic, point = f"/vehicle_{i + 1}", int(decided[i])
             pose = {"position": _vector(snapshot.position[i]), "orientation": _quaternion(snapshot.euler[i])}
             self._write(f"{topic}/pose", "foxglove.PoseInFrame", now, {"frame_id": MISSION_FRAME, "pose": pose}, True)
             error = float(np.linalg.norm(snapshot.position[i] - snapshot.points[point])) if point >= 0 else None
@@ -106,14 +109,15 @@ class Recorder:
                 "tracking_error_m": None if error is None else round(error, 6),
             }
             self._write(f"{topic}/truth", "shoal.Truth", now, truth)
-            if snapshot.reports[i]:
-                self._write(f"{topic}/status", "shoal.Status", now, snapshot.reports[i])
+            if snapshot.statuses[i] is not None:
+                self._write(f"{topic}/status", "shoal.Status", now, to_json(snapshot.statuses[i]))
         for event in snapshot.events:
             self._event(event)
 
     def _event(self, event: Event) -> None:
         name = f"vehicle_{event.vehicle}" if event.vehicle else "fleet"
-        self._write("/events", "foxglove.Log", event.stamp, {"level": 2, "message": event.text, "name": name}, True)
+        log = {"level": _LEVELS[event.severity], "message": event.text, "name": name}
+        self._write("/events", "foxglove.Log", event.stamp, log, True)
 
     # One message; `stamped` adds the time in Foxglove's own field.
     def _write(self, topic: str, schema: str, now: float, message: dict[str, Any], stamped: bool = False) -> None:

@@ -15,6 +15,7 @@ from sim.sighting import SightingModel
 from sim.world import Current
 
 SCENARIOS = Path(__file__).parent / "scenarios"
+SYNC_S = 0.02  # how often the fleet and its companions meet
 _ATTEMPTS = 10_000
 
 
@@ -63,7 +64,7 @@ class LineConfig:
     baud: int = option("Line speed", default=115200, choices=(115200, 250000), unit="bit/s")
     byte_noise: float = option("Share of bytes with one bit flipped", default=0.0, low=0.0, high=0.5)
     compute_latency_s: float = option(
-        "Time from a sighting to the first byte of the answer", default=0.02, low=0.0, high=0.1, unit="s"
+        "Time from a sighting to the first byte of the answer", default=SYNC_S, low=SYNC_S, high=0.1, unit="s"
     )
 
 

@@ -41,13 +41,13 @@ def frame(snapshot: Snapshot) -> dict[str, Any]:
         "phase": snapshot.phase.value,
         "points": np.round(snapshot.points, 2).tolist(),
         "current": np.round(snapshot.current.mean(axis=0)[:2], 3).tolist(),
-        "vehicles": [_vehicle(snapshot, i, float(nearest[i])) for i in range(len(snapshot.position))],
+        "vehicles": [_vehicle(snapshot, i, point, float(nearest[i])) for i, point in enumerate(snapshot.decided)],
         "events": [{"t": round(e.stamp, 2), "vehicle": e.vehicle, "text": e.text} for e in snapshot.events],
     }
 
 
-def _vehicle(snapshot: Snapshot, i: int, nearest: float) -> dict[str, Any]:
-    point, report = int(snapshot.decided[i]), snapshot.reports[i]
+def _vehicle(snapshot: Snapshot, i: int, decided: int, nearest: float) -> dict[str, Any]:
+    point, status = int(decided), snapshot.statuses[i]
     error = float(np.linalg.norm(snapshot.position[i] - snapshot.points[point])) if point >= 0 else None
     return {
         "at": np.round(snapshot.position[i], 3).tolist(),
@@ -57,7 +57,8 @@ def _vehicle(snapshot: Snapshot, i: int, nearest: float) -> dict[str, Any]:
         "nearest": round(nearest, 2) if np.isfinite(nearest) else None,
         "point": point if point >= 0 else None,
         "error": None if error is None else round(error, 3),
-        "battery": report.get("battery_v"),
-        "link": report.get("link", ""),
-        "mode": report.get("mode", ""),
+        "battery": None if status is None else status.battery_voltage,
+        "link": "" if status is None else status.link.state.value,
+        "armed": status is not None and status.armed,
+        "hold": "" if status is None else status.hold,
     }

@@ -1,0 +1,96 @@
+"""The basin: the fleet in its water, the sensors that look at it and the referee who knows the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from companion.formation import VirtualFormation
+from companion.scene import Sighting
+from companion.status import Status
+from sim.history import Event, Snapshot
+from sim.plant import Plant, PlantError
+from sim.scenario import Scenario
+from sim.sighting import SightingSensor
+from sim.world import Water, hull_distances
+
+
+class Basin:
+    """The simulated world of one run. `look` fixes the truth at this moment; everything else refers to that look."""
+
+    def __init__(self, scenario: Scenario, make: str, threads: int, image: Path | None = None) -> None:
+        mission, config = scenario.mission, scenario.config
+        self.formation = VirtualFormation(mission)
+        self.end_s = min(config.duration_s, self.formation.end_s + config.linger_s)
+        self.plant = Plant(
+            make,
+            starts=scenario.starts,
+            seed=mission.seed,
+            threads=threads,
+            image=image,
+            baud=config.line.baud,
+        )
+        self.failures: dict[int, str] = {}
+        self._told: set[int] = set()
+        for i in range(mission.vehicles):
+            self.plant.faults(i).companion_bit_noise = config.line.byte_noise
+        self._water = Water(scenario.current(), mission.seed)
+        self._sensors = [SightingSensor(scenario.sighting(), mission.seed, i) for i in range(mission.vehicles)]
+        self._pairs = np.triu_indices(mission.vehicles, 1)
+        self._separation = np.full(len(self._pairs[0]), np.inf)
+        self.look(0.0)
+
+    def advance(self, until: float) -> None:
+        """Runs the fleet; a vehicle whose firmware fails stays where it is, and why goes into `failures`."""
+        try:
+            self.plant.run_until(until)
+        except PlantError:
+            causes = {i + 1: self.plant.failure(i) for i in range(self.plant.vehicles)}
+            self.failures = {vehicle: cause for vehicle, cause in causes.items() if cause}
+
+    def new_failures(self) -> list[tuple[int, str]]:
+        """Vehicle and cause of the failures since the last call."""
+        new = [failure for failure in self.failures.items() if failure[0] not in self._told]
+        self._told.update(vehicle for vehicle, _ in new)
+        return new
+
+    def look(self, now: float) -> None:
+        """Takes the truth of this moment and sets the current that each hull will feel until the next look."""
+        states = self.plant.states
+        self.now = now
+        self.position, self.travelled = states.position.copy(), states.travelled.copy()
+        self.velocity, self.euler = states.velocity, states.euler
+        self.pulses = states.pulses.copy()
+        self.current = self._water.velocity(now, self.position)
+        states.current[:] = self.current
+
+    def referee(self) -> None:
+        """Notes how near hulls have come."""
+        distance = hull_distances(self.position, self.euler)[self._pairs]
+        self._separation = np.minimum(self._separation, distance)
+
+    def sight(self, vehicle: int) -> Sighting:
+        """What the neighbour sensor of a vehicle (index) reads at this look."""
+        return self._sensors[vehicle].read(self.now, self.position)
+
+    def snapshot(self, statuses: Sequence[Status | None], events: Sequence[Event]) -> Snapshot:
+        """Everything at this look, and the least separations since the last snapshot."""
+        state = self.formation.at(self.now)
+        separation, self._separation = self._separation, np.full_like(self._separation, np.inf)
+        return Snapshot(
+            now=self.now,
+            phase=state.phase,
+            position=self.position,
+            velocity=self.velocity,
+            euler=self.euler,
+            current=self.current,
+            travelled=self.travelled,
+            pulses=self.pulses,
+            separation=separation,
+            points=state.points,
+            heading=state.heading,
+            statuses=tuple(statuses),
+            events=tuple(events),
+        )
