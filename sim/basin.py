@@ -9,8 +9,7 @@ import numpy as np
 
 from companion.formation import VirtualFormation
 from companion.scene import Sighting
-from companion.status import Status
-from sim.history import Event, Snapshot
+from sim.history import Event, Snapshot, StatusJson
 from sim.plant import Plant, PlantError
 from sim.scenario import Scenario
 from sim.sighting import SightingSensor
@@ -23,7 +22,7 @@ class Basin:
     def __init__(self, scenario: Scenario, make: str, threads: int, image: Path | None = None) -> None:
         mission, config = scenario.mission, scenario.config
         self.formation = VirtualFormation(mission)
-        self.end_s = min(config.duration_s, self.formation.end_s + config.linger_s)
+        self.end_s = scenario.end_s()
         self.plant = Plant(
             make,
             starts=scenario.starts,
@@ -75,7 +74,7 @@ class Basin:
         """What the neighbour sensor of a vehicle (index) reads at this look."""
         return self._sensors[vehicle].read(self.now, self.position)
 
-    def snapshot(self, statuses: Sequence[Status | None], events: Sequence[Event]) -> Snapshot:
+    def snapshot(self, statuses: Sequence[StatusJson | None], events: Sequence[Event]) -> Snapshot:
         """Everything at this look, and the least separations since the last snapshot."""
         state = self.formation.at(self.now)
         separation, self._separation = self._separation, np.full_like(self._separation, np.inf)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,8 +52,13 @@ class Grade:
         return all(verdict.holds for verdict in self.verdicts)
 
 
-def grade(history: History, criteria: CriteriaConfig, start_s: float) -> Grade:
-    """Figures and verdicts of a history; `start_s` is the start of forming by the mission's clock."""
+def grade(
+    history: History, criteria: CriteriaConfig, start_s: float, failures: Mapping[int, str] | None = None
+) -> Grade:
+    """Figures and verdicts of a history; `start_s` is the start of forming by the mission's clock.
+
+    `failures` tells why firmware or companion of a vehicle (number) ended before the run did; any is a miss.
+    """
     matched = match_points(history)
     steady = steady_travel(history, criteria.settling_s)
     decided_error = history.tracking_error()[steady]
@@ -83,6 +89,9 @@ def grade(history: History, criteria: CriteriaConfig, start_s: float) -> Grade:
         holds = tracking is not None and tracking <= criteria.tracking_rms_m and undecided == 0
         measured = _spell(tracking, "m RMS") + (f", {undecided} samples without a point" if undecided else "")
         verdicts.append(Verdict("tracking error", measured, f"at most {criteria.tracking_rms_m:g} m RMS", holds))
+    if failures:
+        text = "; ".join(f"vehicle {vehicle}: {cause}" for vehicle, cause in sorted(failures.items()))
+        verdicts.append(Verdict("programs", text, "all run to the end", False))
     best = matched[steady]
     return Grade(
         points_filled=filled,

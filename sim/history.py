@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from companion.events import Severity
 from companion.scene import Phase
-from companion.status import Status
 
 Array = NDArray[np.float64]
+StatusJson = dict[str, Any]
 SAMPLE_PERIOD_S = 0.1
 
 
@@ -27,14 +27,20 @@ class Event:
     severity: Severity = Severity.INFO
 
 
+def events_of(status: StatusJson) -> list[Event]:
+    """What a companion had to say in the tick of this status."""
+    vehicle = int(status["vehicle"])
+    return [Event(e["stamp"], vehicle, e["text"], Severity(e["severity"])) for e in status["events"]]
+
+
 @dataclass(frozen=True, slots=True)
 class Snapshot:
     """The truth at one moment, and what each companion last said; N vehicles, L points, P = N (N - 1) / 2 pairs.
 
     Mission frame, m, m/s, rad: position, velocity over ground, Euler angles and current (N, 3), points (L, 3);
     travelled (N,) m over ground; pulses (N, 3) us of bow, stern and motor; separation (P,) least distance m between
-    hulls since the last snapshot, pairs as in numpy.triu_indices(N, 1); statuses (N) of the companions, None before
-    the first tick.
+    hulls since the last snapshot, pairs as in numpy.triu_indices(N, 1); statuses (N) of the companions as
+    companion.status.to_json gives them, None before the first tick.
     """
 
     now: float
@@ -48,13 +54,13 @@ class Snapshot:
     separation: Array
     points: Array
     heading: float
-    statuses: tuple[Status | None, ...]
+    statuses: tuple[StatusJson | None, ...]
     events: tuple[Event, ...] = ()
 
     @property
     def decided(self) -> NDArray[np.int64]:
         """Index (N,) of the point that each vehicle holds, -1 for none."""
-        points = [None if status is None else status.point for status in self.statuses]
+        points = [None if status is None else status["point"] for status in self.statuses]
         return np.array([-1 if point is None else point for point in points], dtype=np.int64)
 
 

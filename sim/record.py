@@ -10,7 +10,6 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from companion.events import Severity
-from companion.status import to_json
 from sim.history import Array, Event, Snapshot
 
 MAP_FRAME, MISSION_FRAME = "map", "mission_ned"
@@ -109,8 +108,8 @@ class Recorder:
                 "tracking_error_m": None if error is None else round(error, 6),
             }
             self._write(f"{topic}/truth", "shoal.Truth", now, truth)
-            if snapshot.statuses[i] is not None:
-                self._write(f"{topic}/status", "shoal.Status", now, to_json(snapshot.statuses[i]))
+            if (status := snapshot.statuses[i]) is not None:
+                self._write(f"{topic}/status", "shoal.Status", now, status)
         for event in snapshot.events:
             self._event(event)
 

@@ -17,9 +17,10 @@ from companion.events import Severity
 from companion.mission import DECISION_PERIOD_S
 from companion.node import Inputs, Node
 from companion.scene import Sighting
-from companion.status import Status
+from companion.status import to_json
 from sim.basin import Basin
-from sim.history import SAMPLE_PERIOD_S, Event, History, Snapshot, stack
+from sim.grade import Grade, grade
+from sim.history import SAMPLE_PERIOD_S, Event, History, Snapshot, StatusJson, events_of, stack
 from sim.scenario import SYNC_S, Scenario
 
 SYNCS_A_TICK = round(DECISION_PERIOD_S / SYNC_S)
@@ -59,6 +60,10 @@ class Outcome:
     failures: dict[int, str]
     effort: Effort
 
+    def grade(self, scenario: Scenario) -> Grade:
+        """Figures and verdicts of this run by the scenario's own criteria."""
+        return grade(self.history, scenario.config.criteria, scenario.mission.schedule.start_s, self.failures)
+
 
 class Companion:
     """One vehicle's companion in this process, at the end of a pipe instead of a serial line."""
@@ -73,7 +78,7 @@ class Companion:
         )
         self.node = Node(config, scenario.mission)
         self.bus = PipeBus()
-        self.status: Status | None = None
+        self.status: StatusJson | None = None
 
     def tick(self, now: float, received: bytes, sighting: Sighting) -> bytes:
         """One step of the companion; returns the bytes that it sends."""
@@ -81,14 +86,8 @@ class Companion:
         outputs = self.node.step(now, Inputs(self.bus.recv_all(), sighting, self.bus.report()))
         for message in outputs.messages:
             self.bus.send(message)
-        self.status = outputs.status
+        self.status = to_json(outputs.status)
         return self.bus.take()
-
-    def events(self) -> list[Event]:
-        """What the last tick had to say."""
-        if self.status is None:
-            return []
-        return [Event(e.stamp, self.status.vehicle, e.text, e.severity) for e in self.status.events]
 
 
 def run(
@@ -128,7 +127,7 @@ def run(
                 basin.referee()
             with effort.spent("companions_s"):
                 sent = {i: companions[i].tick(now, received[i], sightings[i]) for i in due}
-                events += [event for i in due for event in companions[i].events()]
+                events += [event for i in due for event in events_of(companions[i].status or {})]
             if sync % SYNCS_A_SAMPLE == 0:
                 with effort.spent("observers_s"):
                     for watcher in watchers:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.config import ConfigError, Problem, load, option, section
+from companion.formation import VirtualFormation
 from companion.mission import Mission, load_mission
 from sim.sighting import SightingModel
 from sim.world import Current
@@ -129,6 +130,10 @@ class Scenario:
     config: ScenarioConfig
     mission: Mission
     starts: NDArray[np.float64]  # (N, 4): north, east, down m, heading rad
+
+    def end_s(self) -> float:
+        """When the run ends, s of the mission's clock: a little after the path, or when its time is up."""
+        return min(self.config.duration_s, VirtualFormation(self.mission).end_s + self.config.linger_s)
 
     def current(self) -> Current:
         """The water of this scenario."""

@@ -1,6 +1,6 @@
 """The page that shows a run while it goes on, and the pace that lets people watch it."""
 
-from sim.live.pace import Pace
+from sim.live.pace import SPEEDS, Pace
 from sim.live.server import LivePage
 
-__all__ = ["LivePage", "Pace"]
+__all__ = ["SPEEDS", "LivePage", "Pace"]

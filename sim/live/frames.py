@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
+from sim.grade import Grade
 from sim.history import Snapshot
 from sim.record import nearest_hulls
 from sim.scenario import Scenario
@@ -46,6 +48,11 @@ def frame(snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
+def result(grade: Grade) -> dict[str, Any]:
+    """How the run ended."""
+    return {"type": "result", "success": grade.success, "verdicts": [asdict(verdict) for verdict in grade.verdicts]}
+
+
 def _vehicle(snapshot: Snapshot, i: int, decided: int, nearest: float) -> dict[str, Any]:
     point, status = int(decided), snapshot.statuses[i]
     error = float(np.linalg.norm(snapshot.position[i] - snapshot.points[point])) if point >= 0 else None
@@ -57,8 +64,8 @@ def _vehicle(snapshot: Snapshot, i: int, decided: int, nearest: float) -> dict[s
         "nearest": round(nearest, 2) if np.isfinite(nearest) else None,
         "point": point if point >= 0 else None,
         "error": None if error is None else round(error, 3),
-        "battery": None if status is None else status.battery_voltage,
-        "link": "" if status is None else status.link.state.value,
-        "armed": status is not None and status.armed,
-        "hold": "" if status is None else status.hold,
+        "battery": None if status is None else status["battery_voltage"],
+        "link": "" if status is None else status["link"]["state"],
+        "armed": status is not None and status["armed"],
+        "hold": "" if status is None else status["hold"],
     }

@@ -10,8 +10,9 @@ from typing import Any
 
 from aiohttp import WSMsgType, web
 
+from sim.grade import Grade
 from sim.history import Snapshot
-from sim.live.frames import frame, introduction
+from sim.live.frames import frame, introduction, result
 from sim.live.pace import SPEEDS, Pace
 from sim.scenario import Scenario
 
@@ -46,10 +47,15 @@ class LivePage:
         """Takes a snapshot for the viewers."""
         self._post(frame(snapshot))
 
-    def finish(self, result: dict[str, Any]) -> None:
+    def finish(self, grade: Grade) -> None:
         """Shows the result of the run."""
         if self._thread is not None:
-            self._loop.call_soon_threadsafe(setattr, self, "_result", {"type": "result", **result})
+            self._loop.call_soon_threadsafe(setattr, self, "_result", result(grade))
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody looks at the page."""
+        return not self._left.is_set()
 
     def start(self, port: int) -> str:
         """Serves on this port, or on a free one when it is taken; returns the address of the page."""

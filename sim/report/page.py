@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from sim.grade import Grade
 from sim.history import Event, History
 from sim.report.pictures import draw_all
 from sim.scenario import Scenario
+from sim.summary import Summary
 
 _EVENTS_SHOWN = 60
 _STYLE = """
@@ -33,7 +34,7 @@ figcaption { color: var(--soft); font-size: 13px; }
 
 
 def write_report(
-    folder: Path, scenario: Scenario, history: History, grade: Grade, summary: Mapping[str, Any]
+    folder: Path, scenario: Scenario, history: History, grade: Grade, summary: Summary
 ) -> Path:
     """Draws the pictures into the folder and writes report.html beside them; returns its path."""
     pictures = draw_all(history, scenario, folder)
@@ -46,14 +47,14 @@ def _page(
     scenario: Scenario,
     history: History,
     grade: Grade,
-    summary: Mapping[str, Any],
+    summary: Summary,
     pictures: Iterable[tuple[Path, str]],
 ) -> str:
     title = html.escape(scenario.config.title)
     mission = scenario.mission
     lead = (
         f"Scenario {scenario.name}, {mission.vehicles} vehicles, {mission.formation.shape} with "
-        f"{mission.formation.spacing_m:g} m spacing, seed {mission.seed}, {summary['mcu']} make of the microcontroller"
+        f"{mission.formation.spacing_m:g} m spacing, seed {mission.seed}, {summary.mcu} make of the microcontroller"
     )
     success = (
         '<p class="verdict">✓ The run meets its criteria.</p>'
@@ -64,7 +65,7 @@ def _page(
         ("criterion", "measured", "required", ""),
         [(v.name, v.measured, v.required, "✓" if v.holds else "✗") for v in grade.verdicts],
     )
-    figures = _table(("figure", "value"), [(name, _spell(value)) for name, value in summary.items()])
+    figures = _table(("figure", "value"), [(name, _spell(value)) for name, value in _figures(summary)])
     images = "\n".join(_figure(path, caption) for path, caption in pictures)
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -81,6 +82,11 @@ def _page(
 {_events(history.events)}
 </body></html>
 """
+
+
+# The summary without what the page says elsewhere.
+def _figures(summary: Summary) -> list[tuple[str, object]]:
+    return [(name, value) for name, value in asdict(summary).items() if name not in ("title", "criteria")]
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]], kind: str = "") -> str:

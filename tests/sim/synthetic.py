@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from companion.scene import Phase
-from sim.history import SAMPLE_PERIOD_S, Snapshot
+from sim.history import SAMPLE_PERIOD_S, Snapshot, StatusJson
 from sim.world import hull_distances
 
 FORMING_S, TRAVEL_S, PACE = 30.0, 60.0, 0.35
 START_S = 5.0
 POINTS = np.array([(2.0, 0.0, 2.0), (-2.0, 3.0, 2.0), (-2.0, -3.0, 2.0)])
+
+
+# What a companion would say, as far as anybody asks.
+def status(vehicle: int, point: int | None) -> StatusJson:
+    link = {"state": "up"}
+    return {"vehicle": vehicle, "point": point, "battery_voltage": 7.9, "link": link, "armed": True, "hold": "", "events": []}
+
+
+# The same moment with other decisions.
+def deciding(snapshot: Snapshot, points: Sequence[int | None]) -> Snapshot:
+    return replace(snapshot, statuses=tuple(status(i + 1, point) for i, point in enumerate(points)))
 
 
 # A fleet of point-like vehicles: they lie `away` to the south, swim straight to their points by the end of forming,
@@ -48,8 +60,7 @@ def fleet_swims(
                 separation=hull_distances(position, np.zeros((3, 3)))[upper],
                 points=points,
                 heading=0.0,
-                decided=np.array(order) if now >= START_S else np.full(3, -1),
-                reports=({}, {}, {}),
+                statuses=tuple(status(i + 1, order[i] if now >= START_S else None) for i in range(3)),
             )
         )
         before = position

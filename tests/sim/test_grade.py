@@ -9,7 +9,7 @@ from companion.scene import Phase
 from sim.grade import count_collisions, grade
 from sim.history import stack
 from sim.scenario import CriteriaConfig
-from tests.sim.synthetic import FORMING_S, PACE, START_S, TRAVEL_S, fleet_swims
+from tests.sim.synthetic import FORMING_S, PACE, START_S, TRAVEL_S, deciding, fleet_swims
 
 CRITERIA = CriteriaConfig(tracking_rms_m=0.5, forming_time_s=60.0)
 
@@ -41,7 +41,7 @@ def test_a_constant_offset_is_the_tracking_error() -> None:
 
 
 def test_decisions_that_differ_from_where_vehicles_are_show_in_the_error() -> None:
-    snapshots = [replace(s, decided=np.roll(s.decided, 1)) for s in fleet_swims()]
+    snapshots = [deciding(s, [2, 0, 1]) for s in fleet_swims()]
     result = grade(stack(snapshots), CRITERIA, START_S)
     assert result.tracking_best_rms_m == pytest.approx(0.0, abs=1e-9)
     assert result.tracking_rms_m is not None and result.tracking_rms_m > 4.0
@@ -59,7 +59,7 @@ def test_an_unfilled_point() -> None:
 
 
 def test_a_vehicle_without_a_point_fails_tracking() -> None:
-    snapshots = [replace(s, decided=np.array([0, 1, -1])) if s.now > 80 else s for s in fleet_swims()]
+    snapshots = [deciding(s, [0, 1, None]) if s.now > 80 else s for s in fleet_swims()]
     assert not holds(grade(stack(snapshots), CRITERIA, START_S))["tracking error"]
 
 

@@ -22,8 +22,7 @@ def recording(snapshots: list[Snapshot]) -> bytes:
 
 def test_what_is_recorded_is_read_back() -> None:
     snapshots = fleet_swims()[:120]
-    reports = ({"link": "up"}, {}, {})
-    snapshots[60] = replace(snapshots[60], events=(Event(6.0, 2, "armed"),), reports=reports)
+    snapshots[60] = replace(snapshots[60], events=(Event(6.0, 2, "armed"),))
     reader = make_reader(io.BytesIO(recording(snapshots)))
     messages: dict[str, list[tuple[int, dict[str, object]]]] = {}
     for schema, channel, message in reader.iter_messages():
@@ -33,7 +32,7 @@ def test_what_is_recorded_is_read_back() -> None:
     assert messages["/events"] == [
         (6_000_000_000, {"timestamp": {"sec": 6, "nsec": 0}, "level": 2, "message": "armed", "name": "vehicle_2"})
     ]
-    assert messages["/vehicle_1/status"] == [(6_000_000_000, {"link": "up"})]
+    assert messages["/vehicle_1/status"][60] == (6_000_000_000, snapshots[60].statuses[0])
     last = messages["/vehicle_1/truth"][-1][1]
     assert last["tracking_error_m"] == pytest.approx(
         float(abs(snapshots[-1].position[0, 0] - snapshots[-1].points[0, 0])), abs=1e-5

@@ -1,0 +1,149 @@
+"""The command `shoal-sim`: run a scenario, list them, measure how fast the simulator is."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from companion.config import ConfigError
+from sim.grade import Grade
+from sim.live import SPEEDS, LivePage, Pace
+from sim.plant import PlantError
+from sim.progress import Progress
+from sim.record import Recorder
+from sim.run import Observer, Outcome, run
+from sim.scenario import Scenario, load_scenario, names
+from sim.summary import Summary, summarise
+
+ROOT = Path(__file__).resolve().parents[1]
+EXIT_MISSED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 1, 2, 130
+MAKES = ("avr", "native")
+
+_EPILOG = "Exit status: 0 when the criteria of the scenario hold, 1 when not, 2 when a file or an argument is wrong."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command of `shoal-sim`; returns its exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        if options.command == "list":
+            return _list()
+        if options.command == "bench":
+            from sim.bench import bench
+
+            return bench(options.seconds, options.threads, ROOT)
+        return _run(options)
+    except (ConfigError, PlantError) as error:
+        for line in str(error).splitlines():
+            print(f"shoal-sim: {line}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="shoal-sim", description="Simulated water for a fleet: the same firmware, the same companions.", epilog=_EPILOG
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    command = commands.add_parser(
+        "run",
+        help="run a scenario, grade it and report",
+        description="Runs a scenario and grades it by its own criteria. Writes summary.json, run.mcap (open it in "
+        "Foxglove), pictures and report.html.",
+        epilog=_EPILOG,
+    )
+    command.add_argument("scenario", metavar="NAME|FILE", help="a scenario of `shoal-sim list`, or a scenario file")
+    command.add_argument("--mcu", choices=MAKES, default="avr", help="the flashed image in simavr, or the host build")
+    command.add_argument("--seed", type=int, help="seed of every random draw; the mission's own when absent")
+    command.add_argument("--threads", type=int, default=2, metavar="N", help="threads of the plant; results are the same")
+    command.add_argument("--out", type=Path, metavar="DIR", help="where results go (runs/NAME)")
+    command.add_argument("--headless", action="store_true", help="no live page, as fast as it goes")
+    command.add_argument(
+        "--speed", choices=[*(f"{speed:g}" for speed in SPEEDS), "max"], default="8", help="of a run with live page"
+    )
+    command.add_argument("--port", type=int, default=8642, help="of the live page; a free one when it is taken")
+    command.add_argument(
+        "--processes", action="store_true", help="each companion a process on a serial port, in real time"
+    )
+    bench = commands.add_parser("bench", help="how much faster than real time a run is, and what limits it")
+    bench.add_argument("--seconds", type=float, default=60.0, help="simulated seconds a run (60)")
+    bench.add_argument("--threads", type=int, default=2, metavar="N", help="threads of the plant")
+    commands.add_parser("list", help="the scenarios that come with the simulator")
+    return parser
+
+
+def _list() -> int:
+    for name in names():
+        print(f"{name:12} {load_scenario(name).config.title}")
+    return 0
+
+
+def _run(options: argparse.Namespace) -> int:
+    if not 1 <= options.threads <= 64:
+        raise ConfigError([f"--threads {options.threads}: must be from 1 to 64"])
+    if not 0 <= options.port <= 65535:
+        raise ConfigError([f"--port {options.port}: must be from 0 to 65535"])
+    scenario = load_scenario(options.scenario, options.seed)
+    folder: Path = options.out or Path("runs") / scenario.name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError([f"--out {folder}: must be a folder that can be written: {error.strerror}"]) from error
+    pace = Pace(None if options.headless or options.speed == "max" else float(options.speed))
+    page = None if options.headless else LivePage(scenario, options.mcu, pace)
+    with ExitStack() as closing:
+        if page is not None:
+            print(f"live page: {page.start(options.port)}", file=sys.stderr, flush=True)
+            closing.callback(page.close)
+        outcome = _swim(scenario, options, folder, pace, page)
+        summary, grade = _report(scenario, options.mcu, outcome, folder)
+        if page is not None:
+            page.finish(grade)
+            if page.watched:
+                print("the page stays until it is closed, or Ctrl-C", file=sys.stderr)
+            page.stay()
+    return 0 if summary.success else EXIT_MISSED
+
+
+# The run, with everybody who watches it.
+def _swim(scenario: Scenario, options: argparse.Namespace, folder: Path, pace: Pace, page: LivePage | None) -> Outcome:
+    with ExitStack() as closing:
+        stream = closing.enter_context((folder / "run.mcap").open("wb"))
+        mission = scenario.mission
+        recorder = Recorder(stream, scenario.name, mission.seed, options.mcu, mission.vehicles)
+        closing.enter_context(recorder)
+        progress = Progress(scenario.end_s())
+        closing.callback(progress.close)
+        observers: list[Observer] = [recorder, progress, *([page] if page else [])]
+        if options.processes:
+            from sim.processes import run_processes
+
+            place = folder / "processes"
+            return run_processes(scenario, options.mcu, place, threads=options.threads, observers=observers)
+        return run(scenario, options.mcu, threads=options.threads, observers=observers, pace=pace.wait)
+
+
+# Grades the run, writes everything that stays, and says it in a few lines.
+def _report(scenario: Scenario, mcu: str, outcome: Outcome, folder: Path) -> tuple[Summary, Grade]:
+    from sim.report import write_report
+
+    grade = outcome.grade(scenario)
+    duration = float(outcome.history.time[-1])
+    summary = summarise(scenario, mcu, grade, duration, outcome.effort.total_s, ROOT)
+    summary.write(folder / "summary.json")
+    report = write_report(folder, scenario, outcome.history, grade, summary)
+    print(f"{scenario.config.title}\n{duration:.0f} s in {outcome.effort.total_s:.1f} s, "
+          f"{summary.realtime_factor:.1f} times real time, {mcu}, seed {summary.seed}")  # fmt: skip
+    for verdict in grade.verdicts:
+        sign = "ok  " if verdict.holds else "MISS"
+        print(f"  {sign} {verdict.name}: {verdict.measured} ({verdict.required})")
+    print(f"report: {report}")
+    return summary, grade
+
+
+if __name__ == "__main__":
+    sys.exit(main())
