@@ -46,7 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="shoal-sim", description="Simulated water for a fleet: the same firmware, the same companions.", epilog=_EPILOG
+        prog="shoal-sim",
+        description="Simulated water for a fleet: the same firmware, the same companions.",
+        epilog=_EPILOG,
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     command = commands.add_parser(
@@ -59,7 +61,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("scenario", metavar="NAME|FILE", help="a scenario of `shoal-sim list`, or a scenario file")
     command.add_argument("--mcu", choices=MAKES, default="avr", help="the flashed image in simavr, or the host build")
     command.add_argument("--seed", type=int, help="seed of every random draw; the mission's own when absent")
-    command.add_argument("--threads", type=int, default=2, metavar="N", help="threads of the plant; results are the same")
+    command.add_argument(
+        "--threads", type=int, default=2, metavar="N", help="threads of the plant; results are the same"
+    )
     command.add_argument("--out", type=Path, metavar="DIR", help="where results go (runs/NAME)")
     command.add_argument("--headless", action="store_true", help="no live page, as fast as it goes")
     command.add_argument(

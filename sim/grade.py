@@ -123,7 +123,8 @@ def steady_travel(history: History, settling_s: float) -> NDArray[np.bool_]:
     travel = history.during(Phase.TRAVEL)
     if not travel.any():
         return travel
-    return travel & (history.time >= history.time[travel][0] + settling_s)
+    begun = float(history.time[travel][0])
+    return travel & np.asarray(history.time >= begun + settling_s)
 
 
 def points_filled(history: History, matched: Array, criteria: CriteriaConfig) -> int:

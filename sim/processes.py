@@ -40,9 +40,7 @@ _FAREWELL_S = 5.0  # for the processes to bring their vehicles to rest
 class Boat:
     """One vehicle's companion process with both ends of its lines."""
 
-    def __init__(
-        self, scenario: Scenario, vehicle: int, folder: Path, sockets: Path, start: datetime.datetime
-    ) -> None:
+    def __init__(self, scenario: Scenario, vehicle: int, folder: Path, sockets: Path, start: datetime.datetime) -> None:
         self.number = vehicle + 1
         self.status: StatusJson | None = None
         self._events: list[Event] = []

@@ -64,7 +64,9 @@ class Recorder:
     def __init__(self, stream: BinaryIO, scenario: str, seed: int, mcu: str, vehicles: int) -> None:
         self._writer = Writer(stream, compression=CompressionType.ZSTD)
         self._writer.start(profile="", library="shoal")
-        self._writer.add_metadata("run", {"scenario": scenario, "seed": str(seed), "mcu": mcu, "vehicles": str(vehicles)})
+        self._writer.add_metadata(
+            "run", {"scenario": scenario, "seed": str(seed), "mcu": mcu, "vehicles": str(vehicles)}
+        )
         self._schemas = {
             name: self._writer.register_schema(name, "jsonschema", _dump({"title": name, **schema}))
             for name, schema in SCHEMAS.items()
@@ -80,7 +82,7 @@ class Recorder:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._writer.finish()
+        self._writer.finish()  # type: ignore[no-untyped-call]
 
     def observe(self, snapshot: Snapshot) -> None:
         """Adds everything of one snapshot."""

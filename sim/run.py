@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from companion.config.vehicle import FirmwareConfig, SerialConfig, SightingsConfig, VehicleConfig
-from companion.link import PipeBus
 from companion.events import Severity
+from companion.link import PipeBus
 from companion.mission import DECISION_PERIOD_S
 from companion.node import Inputs, Node
 from companion.scene import Sighting

@@ -30,9 +30,7 @@ class StartsConfig:
     box_m: tuple[float, float] = option(
         "Size of the box: north, east", default=(24.0, 24.0), low=0.0, high=1e4, unit="m"
     )
-    least_distance_m: float = option(
-        "Least distance between two starts", default=4.0, low=1.0, high=100.0, unit="m"
-    )
+    least_distance_m: float = option("Least distance between two starts", default=4.0, low=1.0, high=100.0, unit="m")
     depth_m: float = option("Depth of the starts", default=0.5, low=0.0, high=100.0, unit="m")
 
 
@@ -42,7 +40,9 @@ class WaterConfig:
 
     north_mps: float = option("Mean current to the north", default=0.0, low=-1.0, high=1.0, unit="m/s")
     east_mps: float = option("Mean current to the east", default=0.0, low=-1.0, high=1.0, unit="m/s")
-    shear_per_m: float = option("Share of the mean that is lost with each metre of depth", default=0.0, low=0.0, high=1.0)
+    shear_per_m: float = option(
+        "Share of the mean that is lost with each metre of depth", default=0.0, low=0.0, high=1.0
+    )
     turbulence_mps: float = option(
         "RMS of each horizontal component of the eddies", default=0.0, low=0.0, high=0.5, unit="m/s"
     )
@@ -87,9 +87,7 @@ class CriteriaConfig:
         unit="m",
     )
     hold_s: float = option("How long points must stay filled", default=5.0, low=0.0, high=600.0, unit="s")
-    separation_m: float = option(
-        "Hulls nearer than this have collided", default=0.3, low=0.0, high=10.0, unit="m"
-    )
+    separation_m: float = option("Hulls nearer than this have collided", default=0.3, low=0.0, high=10.0, unit="m")
     collisions: int = option("Most collisions", default=0, low=0, high=1000)
     forming_time_s: float | None = option(
         "Latest time of the whole formation after the start of forming", default=None, above=0.0, high=86400.0, unit="s"
@@ -118,8 +116,11 @@ class ScenarioConfig:
     criteria: CriteriaConfig = section("What must come out", CriteriaConfig)
 
     def problems(self) -> Iterator[Problem]:
+        """The checks between settings."""
         if self.criteria.hold_s >= self.duration_s:
-            yield Problem("criteria", "hold_s", self.criteria.hold_s, f"must be under duration_s ({self.duration_s:g} s)")
+            yield Problem(
+                "criteria", "hold_s", self.criteria.hold_s, f"must be under duration_s ({self.duration_s:g} s)"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +173,9 @@ def load_scenario(name_or_file: str, seed: int | None = None) -> Scenario:
     starts = _draw_starts(config.starts, mission)
     if starts is None:
         box = list(config.starts.box_m)
-        text = f"must hold {mission.vehicles} starts at least {config.starts.least_distance_m:g} m apart: enlarge the box"
+        text = (
+            f"must hold {mission.vehicles} starts at least {config.starts.least_distance_m:g} m apart: enlarge the box"
+        )
         raise ConfigError([f"{path}: [starts] box_m = {box}: {text}"])
     return Scenario(path.stem, config, mission, starts)
 

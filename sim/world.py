@@ -98,4 +98,4 @@ def _segment_distance(centre_a: Array, half_a: Array, centre_b: Array, half_b: A
         candidates.append(np.linalg.norm(apart + t[:, None] * half_b - end * half_a, axis=1))
         s = np.clip((end * ab + da) / aa, -1.0, 1.0)
         candidates.append(np.linalg.norm(apart + end * half_b - s[:, None] * half_a, axis=1))
-    return np.min(np.stack(candidates), axis=0)
+    return np.asarray(np.min(np.stack(candidates), axis=0))

@@ -30,7 +30,7 @@ class Pace:
         """Whether the run stands still."""
         return self._paused
 
-    def set(self, *, speed: float | None | bool = False, paused: bool | None = None) -> None:
+    def set(self, *, speed: float | bool | None = False, paused: bool | None = None) -> None:
         """Changes what is given; `speed` False leaves it as it is."""
         with self._lock:
             if speed is not False:

@@ -82,7 +82,7 @@ class LivePage:
     def application(self) -> web.Application:
         """The page as an aiohttp application."""
         app = web.Application(middlewares=[_guard])
-        app.router.add_get("/", lambda _: _file("index.html"))
+        app.router.add_get("/", _index)
         app.router.add_get("/live", self._socket)
         app.router.add_static("/", STATIC)
         app.cleanup_ctx.append(self._pump)
@@ -148,7 +148,7 @@ class LivePage:
         for socket in list(self._sockets):
             try:
                 await asyncio.wait_for(socket.send_str(text), 2.0)
-            except (ConnectionError, RuntimeError, asyncio.TimeoutError):
+            except (TimeoutError, ConnectionError, RuntimeError):
                 self._leave(socket)
 
     async def _socket(self, request: web.Request) -> web.WebSocketResponse:
@@ -202,8 +202,8 @@ async def _guard(request: web.Request, handler: Any) -> web.StreamResponse:
     return response
 
 
-async def _file(name: str) -> web.FileResponse:
-    return web.FileResponse(STATIC / name)
+async def _index(_: web.Request) -> web.FileResponse:
+    return web.FileResponse(STATIC / "index.html")
 
 
 def _dump(message: dict[str, Any]) -> str:

@@ -25,17 +25,17 @@ body { max-width: 860px; margin: 24px auto; padding: 0 16px; color: var(--ink); 
 h1 { font-size: 24px; margin-bottom: 0; } h2 { font-size: 17px; margin: 28px 0 8px; }
 .lead { color: var(--soft); margin-top: 4px; }
 .verdict { font-weight: 650; font-size: 17px; color: var(--good); } .failed { color: var(--bad); }
-table { border-collapse: collapse; } td, th { text-align: left; padding: 4px 18px 4px 0; border-top: 1px solid var(--line);
-  font-variant-numeric: tabular-nums; } th { font-weight: 500; color: var(--soft); }
+table { border-collapse: collapse; }
+td, th { text-align: left; padding: 4px 18px 4px 0; border-top: 1px solid var(--line);
+  font-variant-numeric: tabular-nums; }
+th { font-weight: 500; color: var(--soft); }
 figure { margin: 22px 0; } img { max-width: 100%; border-radius: 8px; background: #fff; }
 figcaption { color: var(--soft); font-size: 13px; }
 .events td { padding: 1px 14px 1px 0; border: 0; font-size: 13px; }
 """
 
 
-def write_report(
-    folder: Path, scenario: Scenario, history: History, grade: Grade, summary: Summary
-) -> Path:
+def write_report(folder: Path, scenario: Scenario, history: History, grade: Grade, summary: Summary) -> Path:
     """Draws the pictures into the folder and writes report.html beside them; returns its path."""
     pictures = draw_all(history, scenario, folder)
     path = folder / "report.html"

@@ -83,7 +83,9 @@ def tracks(figure: Figure, history: History, scenario: Scenario) -> None:
         north, east = history.position[:, i, 0], history.position[:, i, 1]
         axes.plot(east, north, color=colour(i), linewidth=1.1, alpha=0.85, zorder=2)
         axes.plot(east[0], north[0], "x", color=colour(i), markersize=6, zorder=3)
-        axes.annotate(f"{i + 1}", (east[0], north[0]), (5, 4), textcoords="offset points", color=colour(i), weight="bold")
+        axes.annotate(
+            f"{i + 1}", (east[0], north[0]), (5, 4), textcoords="offset points", color=colour(i), weight="bold"
+        )
     for k in snapshot_indices(history):
         points = history.points[k]
         axes.plot(points[:, 1], points[:, 0], "o", mfc="none", mec="#333333", markersize=8, linewidth=1, zorder=3)

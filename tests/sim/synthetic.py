@@ -20,7 +20,15 @@ POINTS = np.array([(2.0, 0.0, 2.0), (-2.0, 3.0, 2.0), (-2.0, -3.0, 2.0)])
 # What a companion would say, as far as anybody asks.
 def status(vehicle: int, point: int | None) -> StatusJson:
     link = {"state": "up"}
-    return {"vehicle": vehicle, "point": point, "battery_voltage": 7.9, "link": link, "armed": True, "hold": "", "events": []}
+    return {
+        "vehicle": vehicle,
+        "point": point,
+        "battery_voltage": 7.9,
+        "link": link,
+        "armed": True,
+        "hold": "",
+        "events": [],
+    }
 
 
 # The same moment with other decisions.
@@ -43,7 +51,7 @@ def fleet_swims(
         now = k * SAMPLE_PERIOD_S
         share = np.clip((now - START_S) / (FORMING_S - 10.0), 0.0, 1.0)
         travel = max(0.0, now - START_S - FORMING_S)
-        points = POINTS + [travel * PACE, 0.0, 0.0]
+        points = POINTS + np.array([travel * PACE, 0.0, 0.0])
         position = points[list(order)] - (1.0 - share) * np.array([away, 0.0, 0.0]) + (offset if travel else 0.0)
         travelled = travelled + np.linalg.norm(position - before, axis=1)
         phase = Phase.WAITING if now < START_S else Phase.TRAVEL if travel else Phase.FORMING

@@ -44,7 +44,8 @@ def test_decisions_that_differ_from_where_vehicles_are_show_in_the_error() -> No
     snapshots = [deciding(s, [2, 0, 1]) for s in fleet_swims()]
     result = grade(stack(snapshots), CRITERIA, START_S)
     assert result.tracking_best_rms_m == pytest.approx(0.0, abs=1e-9)
-    assert result.tracking_rms_m is not None and result.tracking_rms_m > 4.0
+    assert result.tracking_rms_m is not None
+    assert result.tracking_rms_m > 4.0
     assert not holds(result)["tracking error"]
 
 
@@ -83,7 +84,8 @@ def test_collisions_are_counted_a_pair_at_a_time() -> None:
 def test_a_fleet_that_never_forms() -> None:
     snapshots = [replace(s, position=s.position * 0.0 + [0, 0, 2]) for s in fleet_swims()]
     result = grade(stack(snapshots), CRITERIA, START_S)
-    assert result.forming_time_s is None and result.forming_ratio is None
+    assert result.forming_time_s is None
+    assert result.forming_ratio is None
     assert not holds(result)["forming time"]
 
 
@@ -93,4 +95,5 @@ def test_a_run_that_ends_before_travel_is_graded_by_where_it_stands() -> None:
     assert result.points_filled == 3
     assert result.tracking_rms_m is None
     assert not holds(result)["tracking error"]
-    assert result.forming_time_s is not None and result.forming_time_s < FORMING_S
+    assert result.forming_time_s is not None
+    assert result.forming_time_s < FORMING_S

@@ -26,7 +26,8 @@ def test_what_is_recorded_is_read_back() -> None:
     reader = make_reader(io.BytesIO(recording(snapshots)))
     messages: dict[str, list[tuple[int, dict[str, object]]]] = {}
     for schema, channel, message in reader.iter_messages():
-        assert schema is not None and schema.name in SCHEMAS
+        assert schema is not None
+        assert schema.name in SCHEMAS
         messages.setdefault(channel.topic, []).append((message.log_time, json.loads(message.data)))
     assert len(messages["/vehicle_3/pose"]) == len(messages["/formation"]) == 120
     assert messages["/events"] == [

@@ -59,8 +59,8 @@ def test_current_is_uniform_sheared_and_turbulent_as_stated() -> None:
     rough = Water(Current((0.1, 0.0), turbulence_mps=0.03), 1)
     velocity = rough.velocity(50.0, place)
     assert np.mean(velocity, axis=0) == pytest.approx([0.1, 0.0, 0.0], abs=0.002)
-    speed = np.sqrt(np.mean(np.sum((velocity - [0.1, 0, 0]) ** 2, axis=1)) / 2)
+    speed = np.sqrt(np.mean(np.sum((velocity - np.array([0.1, 0, 0])) ** 2, axis=1)) / 2)
     assert speed == pytest.approx(0.03, rel=0.05)
-    near = rough.velocity(50.0, place + [0.05, 0.0, 0.0])
+    near = rough.velocity(50.0, place + np.array([0.05, 0.0, 0.0]))
     assert np.max(np.abs(near - velocity)) < 0.02
     assert np.any(Water(Current((0.1, 0.0), turbulence_mps=0.03), 2).velocity(50.0, place) != velocity)

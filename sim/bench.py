@@ -1,0 +1,55 @@
+"""Measures how much faster than real time the demo runs on each make of the microcontroller, and what limits it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from sim.plant import PlantError
+from sim.run import Effort, run
+from sim.scenario import Scenario, load_scenario
+from sim.summary import firmware_size
+
+SCENARIO = "demo"
+NEEDED = {"avr": 2.0, "native": 10.0}  # times real time, six vehicles with their companions
+
+
+def bench(seconds: float, threads: int, root: Path) -> int:
+    """Runs the demo's first seconds on both makes and prints the figures; 1 when a make is missing or too slow."""
+    scenario = load_scenario(SCENARIO)
+    cut = replace(scenario, config=replace(scenario.config, duration_s=max(seconds, 10.0)))
+    print(
+        f"{SCENARIO}: {scenario.mission.vehicles} vehicles, {cut.end_s():g} s, {threads} threads on {os.cpu_count()} cores"
+    )
+    good = True
+    for make, needed in NEEDED.items():
+        try:
+            effort = run(cut, make, threads=threads).effort
+        except PlantError as error:
+            print(f"shoal-sim: {error}", file=sys.stderr)
+            good = False
+            continue
+        factor = cut.end_s() / effort.total_s
+        good &= factor >= needed
+        print(f"{make:7} {factor:5.1f} x real time (needed {needed:g}); {_limits(cut, effort)}")
+    size = firmware_size(root)
+    if size:
+        print(
+            f"firmware: flash {size['flash_bytes']} of {size['flash_budget_bytes']} bytes, "
+            f"RAM {size['ram_bytes']} of {size['ram_budget_bytes']} bytes"
+        )
+    return 0 if good else 1
+
+
+# Where the time went: the plant runs on threads of its own while the companions think.
+def _limits(scenario: Scenario, effort: Effort) -> str:
+    end = scenario.end_s()
+    ticks = end * scenario.mission.vehicles * 10.0
+    slower = "plant" if effort.plant_s > effort.companions_s else "companions"
+    return (
+        f"per simulated second {1e3 * effort.plant_s / end:.0f} ms of plant beside "
+        f"{1e3 * effort.companions_s / end:.0f} ms of companions ({1e6 * effort.companions_s / ticks:.0f} us a tick), "
+        f"then {1e3 * (effort.world_s + effort.observers_s) / end:.0f} ms of world: the {slower} set the pace"
+    )
