@@ -36,6 +36,12 @@ void avr_on_read(mcu *m, uint16_t address, avr_io_read_t call) {
   m->avr->io[AVR_DATA_TO_IO(address)].r.param = m;
 }
 
+void avr_wrap_write(mcu *m, uint16_t address, avr_wrapped_write *stock, avr_io_write_t call) {
+  stock->call = m->avr->io[AVR_DATA_TO_IO(address)].w.c;
+  stock->param = m->avr->io[AVR_DATA_TO_IO(address)].w.param;
+  avr_on_write(m, address, call);
+}
+
 void avr_call_at(mcu *m, avr_cycle_count_t cycle, avr_cycle_timer_t call, void *param) {
   avr_cycle_count_t now = m->avr->cycle;
   avr_cycle_timer_register(m->avr, cycle > now ? cycle - now : 0, call, param);

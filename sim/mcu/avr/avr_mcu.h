@@ -117,7 +117,7 @@ struct mcu {
   mcu_uart uart[AVR_UARTS];
   mcu_pwm pwm[MCU_ACTUATORS];
   mcu_eeprom eeprom;
-  avr_wrapped_write port_a, ddr_a, port_d, ddr_d;
+  avr_wrapped_write port_a, ddr_a, port_d, ddr_d, tccr3a, tccr4a;
   avr_wrapped_read pin_a, pin_d;
 };
 
@@ -132,6 +132,8 @@ void *avr_module(avr_t *avr, const char *kind, size_t name_offset, char name, bo
 /* Replaces simavr's handlers of a register. */
 void avr_on_write(mcu *m, uint16_t address, avr_io_write_t call);
 void avr_on_read(mcu *m, uint16_t address, avr_io_read_t call);
+/* Puts ours around simavr's handler of a register, which `stock` keeps. */
+void avr_wrap_write(mcu *m, uint16_t address, avr_wrapped_write *stock, avr_io_write_t call);
 /* Calls a timer back at an absolute cycle. */
 void avr_call_at(mcu *m, avr_cycle_count_t cycle, avr_cycle_timer_t call, void *param);
 /* Sets or clears a flag bit and what waits for it. */

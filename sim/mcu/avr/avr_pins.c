@@ -29,12 +29,6 @@ static uint8_t read_port_a(avr_t *avr, avr_io_addr_t address, void *param) {
   return (uint8_t)((value & ~LEAK) | (high ? LEAK : 0));
 }
 
-static void wrap_write(mcu *m, uint16_t address, avr_wrapped_write *stock, avr_io_write_t call) {
-  stock->call = m->avr->io[AVR_DATA_TO_IO(address)].w.c;
-  stock->param = m->avr->io[AVR_DATA_TO_IO(address)].w.param;
-  avr_on_write(m, address, call);
-}
-
 static uint32_t millivolts(double volts) { return (uint32_t)lround(1000 * fmax(0, fmin(5, volts))); }
 
 /* A conversion starts: set the voltage of the channel that it will read. */
@@ -54,10 +48,10 @@ static void conversion_starts(avr_irq_t *irq, uint32_t value, void *param) {
 }
 
 void avr_pins_attach(mcu *m) {
-  wrap_write(m, AVR_PORTA, &m->port_a, port_a_written);
-  wrap_write(m, AVR_DDRA, &m->ddr_a, port_a_written);
-  wrap_write(m, AVR_PORTD, &m->port_d, port_d_written);
-  wrap_write(m, AVR_DDRD, &m->ddr_d, port_d_written);
+  avr_wrap_write(m, AVR_PORTA, &m->port_a, port_a_written);
+  avr_wrap_write(m, AVR_DDRA, &m->ddr_a, port_a_written);
+  avr_wrap_write(m, AVR_PORTD, &m->port_d, port_d_written);
+  avr_wrap_write(m, AVR_DDRD, &m->ddr_d, port_d_written);
   m->pin_a.call = m->avr->io[AVR_DATA_TO_IO(AVR_PINA)].r.c;
   m->pin_a.param = m->avr->io[AVR_DATA_TO_IO(AVR_PINA)].r.param;
   avr_on_read(m, AVR_PINA, read_port_a);

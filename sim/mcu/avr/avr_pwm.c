@@ -32,6 +32,18 @@ static void output_changed(avr_irq_t *irq, uint32_t value, void *param) {
   if (ocr < p->timer->tov_top) p->width = (avr_cycle_count_t)(ocr + 1) * p->timer->cs_div_value;
 }
 
+/* A pin that is taken from its timer during a pulse falls to its port's level: the pulse ends early. */
+static void control_written(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
+  mcu *m = param;
+  avr_wrapped_write *stock = address == AVR_TCCR3A ? &m->tccr3a : &m->tccr4a;
+  stock->call(avr, address, value, stock->param);
+  for (int i = 0; i < MCU_ACTUATORS; ++i) {
+    mcu_pwm *p = &m->pwm[i];
+    bool connected = avr_regbit_get(avr, p->timer->comp[p->channel].com);
+    if (!connected && p->width && avr->cycle < p->rise + p->width) p->width = avr->cycle - p->rise;
+  }
+}
+
 static void attach(mcu *m, int actuator, char timer, int channel, uint16_t ddr, uint8_t ddr_mask) {
   mcu_pwm *p = &m->pwm[actuator];
   p->timer = avr_module(m->avr, "timer", offsetof(avr_timer_t, name), timer, false);
@@ -54,6 +66,8 @@ static void fill_in_phase_correct_modes(avr_t *avr) {
 
 void avr_pwm_attach(mcu *m) {
   fill_in_phase_correct_modes(m->avr);
+  avr_wrap_write(m, AVR_TCCR3A, &m->tccr3a, control_written);
+  avr_wrap_write(m, AVR_TCCR4A, &m->tccr4a, control_written);
   attach(m, MCU_BOW, '3', AVR_TIMER_COMPA, AVR_DDRE, 1 << 3);
   attach(m, MCU_STERN, '3', AVR_TIMER_COMPB, AVR_DDRE, 1 << 4);
   attach(m, MCU_MOTOR, '4', AVR_TIMER_COMPA, AVR_DDRH, 1 << 3);

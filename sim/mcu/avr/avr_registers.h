@@ -21,6 +21,8 @@ enum {
   AVR_SPDR,
   AVR_SMCR = 0x53,
   AVR_MCUSR,
+  AVR_TCCR3A = 0x90,
+  AVR_TCCR4A = 0xA0,
   AVR_TWBR = 0xB8,
   AVR_TWSR,
   AVR_TWAR,

@@ -162,6 +162,13 @@ int main(void) {
       case 'p':
         *(bytes[2] == 0 ? &OCR3A : bytes[2] == 1 ? &OCR3B : &OCR4A) = word;
         break;
+      case 'q': /* disconnect timer 3 a while after its period has begun, in tenths of a millisecond */
+        while (TCNT3 > 100) {
+        }
+        while (TCNT3 < 200 * bytes[0]) {
+        }
+        TCCR3A = _BV(WGM31);
+        break;
       case 'A':
         word = analog(bytes[0]), bytes[0] = word & 255, bytes[1] = word >> 8, count = 2;
         break;

@@ -90,6 +90,16 @@ def test_pulses_have_the_programmed_width_from_the_next_period_on(bench: Bench) 
     assert bench.pulse(0) == 0, "pulses end with a reset"
 
 
+def test_a_pin_taken_from_its_timer_cuts_the_pulse(bench: Bench) -> None:
+    bench.ask("P")
+    bench.ask("p", struct.pack("<HB", 2 * 1500 - 1, 0))
+    bench.run(45)
+    bench.ask("q", b"\x07")
+    assert bench.pulse(0) == pytest.approx(700, abs=5)
+    bench.run(60)
+    assert bench.pulse(0) == 0
+
+
 def test_line_has_the_true_baud_in_both_directions(make_bench: MakeBench) -> None:
     bench = make_bench(slice_us=10)
     bench.run(START_MS)
