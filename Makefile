@@ -45,7 +45,7 @@ protocol/generated/__init__.py: protocol/dialect.toml protocol/private.xml proto
 firmware: protocol ## build the ATmega2560 image, print flash and RAM against their budgets (20 seconds)
 	@scripts/setup avr
 	@echo 'firmware: the ATmega2560 image (20 seconds from scratch)'
-	@$(BUILD) firmware
+	+@$(BUILD) firmware
 
 .PHONY: sketch
 sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino sketch (30 seconds)
@@ -56,7 +56,7 @@ sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino
 .PHONY: plant
 plant: protocol ## build the image and the simulated fleet, round simavr and natively (40 seconds)
 	@echo 'plant: image and simulated fleet (40 seconds from scratch)'
-	@if [ "$$(scripts/setup mcu)" = avr ]; \
+	+@if [ "$$(scripts/setup mcu)" = avr ]; \
 		then $(BUILD) firmware plant-avr plant-native plant-null; else $(BUILD) plant-native plant-null; fi
 
 # --- what is run -----------------------------------------------------------------------------------------------------
