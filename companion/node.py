@@ -116,7 +116,7 @@ class Node:
         waiting = Decision(Phase.WAITING, None, _NO_POINTS, None, _STILL, None, "formation failed")
         decision = self._guard(now, "formation", lambda: self.formation.step(now, scene), waiting)
         wanted = self._guard(now, "guidance", lambda: self.guidance.step(now, scene, decision), None)
-        reason = self._reason_to_hold(inputs, decision, wanted)
+        reason = self._reason_to_hold(inputs, scene, decision, wanted)
         setpoint = self._hold() if reason else self._follow(wanted)
         command = LinkCommand(setpoint, self._arm(now, scene, inputs.stop))
         output = self._guard(now, "link", lambda: self.link.step(now, (), command, inputs.bus), LinkOutput())
@@ -157,13 +157,17 @@ class Node:
         return Motion(stamp, attitude, depth, speed)
 
     # Why the vehicle shall not follow guidance now; "" when it shall.
-    def _reason_to_hold(self, inputs: Inputs, decision: Decision, wanted: Setpoint | None) -> str:
+    def _reason_to_hold(self, inputs: Inputs, scene: Scene, decision: Decision, wanted: Setpoint | None) -> str:
         if inputs.stop:
             return "stopping"
         if wanted is None:
             return decision.reason or "guidance gives no setpoint"
         if not (math.isfinite(wanted.heading) and math.isfinite(wanted.depth) and math.isfinite(wanted.speed)):
             return "setpoint is not finite"
+        if scene.own is None:
+            return "own pose is unknown"
+        if wanted.speed == 0.0:
+            return decision.reason or "guidance holds"
         if decision.phase is Phase.WAITING:
             return decision.reason or "waiting for the start"
         return ""

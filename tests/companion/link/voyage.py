@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from companion.link import LinkCommand, LinkSession, PipeBus
+from companion.link import LinkCommand, LinkSession, LinkState, PipeBus
 from companion.scene import Setpoint
 from tests.companion.link.firmware_fake import FirmwareFake
 
@@ -44,3 +44,11 @@ class Voyage:
     def said(self, text: str) -> bool:
         """Whether an event so far contained the text."""
         return any(text in line for line in self.log)
+
+    def state(self) -> LinkState:
+        """How far the conversation has come."""
+        return self.session.state
+
+    def firmware_mode(self) -> str:
+        """What the firmware is in truth."""
+        return "failsafe" if self.firmware.failsafe else "armed" if self.firmware.armed else "disarmed"
