@@ -31,8 +31,8 @@ class Board {
   virtual bool leak_detected() = 0;
   virtual void write_led(bool on) = 0;
 
-  // The oldest received byte, or -1.
-  virtual int16_t read_byte(Port port) = 0;
+  // Takes the oldest received bytes, at most `capacity`; returns how many.
+  virtual uint8_t read_bytes(Port port, uint8_t* bytes, uint8_t capacity) = 0;
   // Queues all bytes and returns true, or none and false when the transmit ring has no room.
   virtual bool write_bytes(Port port, const uint8_t* bytes, uint16_t count) = 0;
   // Bytes lost since reset to a full ring or a hardware overrun.

@@ -23,6 +23,7 @@ uint8_t reset_flags __attribute__((section(".noinit")));
 uint16_t restart_mark __attribute__((section(".noinit")));
 constexpr uint16_t kRestartMark = 0x5A3C;
 constexpr uint8_t kPaint = 0xC5;
+constexpr int16_t kPaintSearched = 128;  // bytes a call
 
 }  // namespace
 
@@ -46,6 +47,20 @@ class Ring {
   uint16_t room() const { return size - used(); }
   void push(uint8_t byte) { bytes_[head_++ % size] = byte; }
   uint8_t pop() { return bytes_[tail_++ % size]; }
+
+  // For the side that runs outside the interrupt: copies first and moves its own end of the ring at the very last.
+  void push(const uint8_t* bytes, uint16_t count) {
+    const uint16_t at = head_ % size, first = count < size - at ? count : size - at;
+    memcpy(bytes_ + at, bytes, first);
+    memcpy(bytes_, bytes + first, count - first);
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { head_ += count; }
+  }
+  void pop(uint8_t* bytes, uint16_t count) {
+    const uint16_t at = tail_ % size, first = count < size - at ? count : size - at;
+    memcpy(bytes, bytes_ + at, first);
+    memcpy(bytes + first, bytes_, count - first);
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { tail_ += count; }
+  }
 
  private:
   uint8_t bytes_[size];
@@ -78,11 +93,12 @@ constexpr uint16_t baud_register(uint32_t baud) {
 }
 
 template <typename Lines>
-int16_t take(Lines& line) {
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    if (line.received.used() > 0) return line.received.pop();
-  }
-  return -1;
+uint8_t take(Lines& line, uint8_t* bytes, uint8_t capacity) {
+  uint16_t used = 0;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { used = line.received.used(); }
+  const uint8_t count = used < capacity ? static_cast<uint8_t>(used) : capacity;
+  line.received.pop(bytes, count);
+  return count;
 }
 
 template <typename Lines>
@@ -90,9 +106,7 @@ bool give(Lines& line, volatile uint8_t& control, const uint8_t* bytes, uint16_t
   uint16_t room = 0;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { room = line.to_send.room(); }
   if (count > room) return false;
-  for (uint16_t i = 0; i < count; ++i) {
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { line.to_send.push(bytes[i]); }
-  }
+  line.to_send.push(bytes, count);
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { control |= _BV(UDRIE0); }
   return true;
 }
@@ -128,7 +142,7 @@ class MegaBoard final : public Board {
   uint16_t read_analog(Analog input) override;
   bool leak_detected() override { return !(PINA & _BV(PA1)); }
   void write_led(bool on) override;
-  int16_t read_byte(Port port) override;
+  uint8_t read_bytes(Port port, uint8_t* bytes, uint8_t capacity) override;
   bool write_bytes(Port port, const uint8_t* bytes, uint16_t count) override;
   uint16_t receive_overruns(Port port) override;
   uint8_t eeprom_read(uint16_t address) override;
@@ -264,7 +278,9 @@ void MegaBoard::write_led(bool on) {
   }
 }
 
-int16_t MegaBoard::read_byte(Port port) { return port == Port::console ? take(console_line) : take(companion_line); }
+uint8_t MegaBoard::read_bytes(Port port, uint8_t* bytes, uint8_t capacity) {
+  return port == Port::console ? take(console_line, bytes, capacity) : take(companion_line, bytes, capacity);
+}
 
 bool MegaBoard::write_bytes(Port port, const uint8_t* bytes, uint16_t count) {
   return port == Port::console ? give(console_line, UCSR0B, bytes, count) : give(companion_line, UCSR1B, bytes, count);
@@ -310,16 +326,13 @@ void MegaBoard::reboot() {
   }
 }
 
-// Each call searches a part of the painted RAM from below, so that no call takes long; a whole search takes some 20
+// Each call searches a part of the painted RAM from below, so that no call takes long; a whole search takes some 50
 // calls.
 uint16_t MegaBoard::free_ram() {
-  for (uint16_t n = 0; n < 256; ++n, ++paint_at_) {
-    if (paint_at_ >= lowest_used_ || *paint_at_ != kPaint) {
-      lowest_used_ = paint_at_ < lowest_used_ ? paint_at_ : lowest_used_;
-      paint_at_ = &_end;
-      break;
-    }
-  }
+  const uint8_t* const stop = lowest_used_ - paint_at_ > kPaintSearched ? paint_at_ + kPaintSearched : lowest_used_;
+  while (paint_at_ < stop && *paint_at_ == kPaint) ++paint_at_;
+  if (paint_at_ < stop) lowest_used_ = paint_at_;
+  if (paint_at_ == lowest_used_) paint_at_ = &_end;
   return static_cast<uint16_t>(lowest_used_ - &_end);
 }
 

@@ -110,7 +110,7 @@ void Vehicle::guard() {
 }
 
 void Vehicle::control() {
-  parts_.speed.step(parts_.actuators.outputs().throttle, parts_.parameters, 2.0f * kTick);
+  parts_.speed.step(parts_.actuators.outputs().throttle, 2.0f * kTick);
   const Navigation now = {parts_.attitude.pitch(),  parts_.attitude.yaw(),  parts_.attitude.rate(),
                           parts_.depth.depth(),     parts_.depth.descent(), parts_.speed.speed(),
                           parts_.speed.full_speed()};

@@ -26,7 +26,7 @@ class LineBoard final : public Board {
   uint16_t read_analog(Analog) override { return 0; }
   bool leak_detected() override { return false; }
   void write_led(bool) override {}
-  int16_t read_byte(Port) override { return -1; }
+  uint8_t read_bytes(Port, uint8_t*, uint8_t) override { return 0; }
   uint16_t receive_overruns(Port) override { return 0; }
   uint8_t eeprom_read(uint16_t) override { return 0xFF; }
   bool eeprom_ready() override { return true; }

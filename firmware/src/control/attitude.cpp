@@ -60,9 +60,9 @@ void AttitudeEstimator::step(const ImuSample& sample, float speed, const Paramet
     bias_ = {clamp(bias_.x, -kBiasLimit, kBiasLimit), clamp(bias_.y, -kBiasLimit, kBiasLimit),
              clamp(bias_.z, -kBiasLimit, kBiasLimit)};
     rotate(rate_ + twice, dt);
-    find_axes();
   } else {
     rotate(rate_, dt);
+    normalize();
     find_axes();
     find_angles(parameters.get(Parameter::MAG_DECL) * kDegree);
   }
@@ -96,7 +96,7 @@ Vec3 AttitudeEstimator::correction(const ImuSample& sample, float speed, const P
   return turn;
 }
 
-// First-order integration; the length is brought back by one Newton step, exact enough for |q| near 1.
+// First-order integration.
 void AttitudeEstimator::rotate(const Vec3& rate, float dt) {
   const Vec3 h = rate * (0.5f * dt);
   const Quaternion p = q_;
@@ -104,6 +104,10 @@ void AttitudeEstimator::rotate(const Vec3& rate, float dt) {
   q_.x = p.x + p.w * h.x + p.y * h.z - p.z * h.y;
   q_.y = p.y + p.w * h.y - p.x * h.z + p.z * h.x;
   q_.z = p.z + p.w * h.z + p.x * h.y - p.y * h.x;
+}
+
+// Brings the length back by one Newton step, exact enough for |q| near 1.
+void AttitudeEstimator::normalize() {
   const float scale = 0.5f * (3.0f - (q_.w * q_.w + q_.x * q_.x + q_.y * q_.y + q_.z * q_.z));
   q_ = {q_.w * scale, q_.x * scale, q_.y * scale, q_.z * scale};
 }

@@ -30,13 +30,15 @@ class AttitudeEstimator {
   bool start(const ImuSample& sample);
   Vec3 correction(const ImuSample& sample, float speed, const Parameters& parameters);
   void rotate(const Vec3& rate, float dt);
+  void normalize();
   void find_axes();
   void find_angles(float declination);
 
   Quaternion q_ = {1.0f, 0.0f, 0.0f, 0.0f};  // body in magnetic north, east, down
   Vec3 bias_ = {0.0f, 0.0f, 0.0f};
   Vec3 rate_ = {0.0f, 0.0f, 0.0f};
-  // Magnetic north, east and down as unit vectors in the body frame: the rows of the rotation matrix.
+  // Magnetic north, east and down as unit vectors in the body frame: the rows of the rotation matrix, as of the last
+  // sample without compass.
   Vec3 north_ = {1.0f, 0.0f, 0.0f};
   Vec3 east_ = {0.0f, 1.0f, 0.0f};
   Vec3 down_ = {0.0f, 0.0f, 1.0f};

@@ -40,8 +40,14 @@ class Autopilot {
   float pitch_target() const { return pitch_target_; }    // rad
 
  private:
-  float steer(const Navigation& now, float heading, const Parameters& parameters, float dt);
-  float dive(const Navigation& now, float depth, const Parameters& parameters, float dt);
+  // The way that fins work with.
+  struct Way {
+    float per_speed;  // 1 over the speed, which counts as steerage way at least
+    bool made;        // enough for the integrals to learn from
+  };
+
+  float steer(const Navigation& now, float heading, const Way& way, const Parameters& parameters, float dt);
+  float dive(const Navigation& now, float depth, const Way& way, const Parameters& parameters, float dt);
 
   float heading_error_ = 0.0f;
   float depth_error_ = 0.0f;

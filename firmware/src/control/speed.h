@@ -8,10 +8,10 @@ namespace shoal {
 
 class SpeedModel {
  public:
-  // Takes a new battery voltage; one that is not plausible counts as the nominal one.
+  // Takes a new battery voltage and the parameters; a voltage that is not plausible counts as the nominal one.
   void set_battery(float battery_v, const Parameters& parameters);
   // Advances by `dt` at the throttle that is at the motor now (-1 to 1).
-  void step(float throttle, const Parameters& parameters, float dt);
+  void step(float throttle, float dt);
 
   float speed() const { return speed_; }  // m/s, forward
   // The speed at full throttle with this battery.
@@ -20,6 +20,9 @@ class SpeedModel {
  private:
   float speed_ = 0.0f;
   float full_speed_ = 1.0f;
+  float dead_ = 0.0f;
+  float speed_per_pull_ = 1.0f;
+  float per_length_ = 1.0f;
 };
 
 }  // namespace shoal

@@ -50,8 +50,10 @@ void Commands::handle(const Frame& frame) {
   }
 }
 
-void Commands::step() {
-  if (list_next_ < kParameterCount && send_parameter(list_next_)) ++list_next_;
+bool Commands::step() {
+  if (list_next_ >= kParameterCount) return false;
+  if (send_parameter(list_next_)) ++list_next_;
+  return true;
 }
 
 // Heading, depth and speed come in one message; a bad one changes nothing, is counted, and ages like silence.

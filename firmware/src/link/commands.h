@@ -16,8 +16,8 @@ class Commands {
       : parts_(parts), writer_(writer), telemetry_(telemetry), notices_(notices) {}
 
   void handle(const Frame& frame);
-  // Sends the next of a requested list of parameters.
-  void step();
+  // Sends the next of a requested list of parameters; true when there was one.
+  bool step();
 
  private:
   enum class Dialect : uint8_t { unknown, equal, different };

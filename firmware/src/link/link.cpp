@@ -5,23 +5,29 @@ namespace shoal {
 
 void Link::receive() {
   Frame frame;
-  handled_ = false;
-  for (uint8_t i = 0; i < kBytesPerTick; ++i) {
-    const int16_t byte = parts_.board.read_byte(Port::companion);
-    if (byte < 0) return;
-    if (!reader_.push(static_cast<uint8_t>(byte))) continue;
+  uint8_t frames = 0;
+  gave_way_ = handled_ && !gave_way_;
+  for (uint8_t chunk = 0; chunk < kChunksPerTick && frames < kFramesPerTick;) {
+    if (taken_ == count_) {
+      ++chunk;
+      taken_ = 0;
+      count_ = parts_.board.read_bytes(Port::companion, bytes_, sizeof bytes_);
+      if (count_ == 0) break;
+    }
+    if (!reader_.push(bytes_[taken_++])) continue;
     while (reader_.next(frame)) {
       commands_.handle(frame);
-      handled_ = true;
+      ++frames;
     }
   }
+  handled_ = frames > 0;
 }
 
-// A tick that had to answer sends less on its own.
+// A tick that had to answer sends nothing on its own, unless the one before did so already.
 void Link::send() {
-  notices_.step();
-  commands_.step();
-  telemetry_.step(handled_ ? 1 : 2);
+  const bool gives_way = handled_ && !gave_way_;
+  const bool said = notices_.step() || commands_.step();
+  if (!gives_way) telemetry_.step(said ? 1 : 2);
 }
 
 }  // namespace shoal

@@ -18,14 +18,16 @@ class Link {
         notices_(parts, writer_),
         commands_(parts, writer_, telemetry_, notices_) {}
 
-  // Takes what has arrived, no more than the line can bring in a tick and a third.
+  // Takes what has arrived, no more than the line can bring in a tick and a third; further frames wait for the next
+  // tick.
   void receive();
   void send();
 
   const LossCounters& losses() const { return reader_.losses(); }
 
  private:
-  static constexpr uint8_t kBytesPerTick = 160;
+  static constexpr uint8_t kFramesPerTick = 2;
+  static constexpr uint8_t kChunksPerTick = 5;
 
   Parts& parts_;
   FrameReader reader_;
@@ -33,7 +35,11 @@ class Link {
   Telemetry telemetry_;
   Notices notices_;
   Commands commands_;
-  bool handled_ = false;  // a frame, in this tick
+  uint8_t bytes_[32];
+  uint8_t count_ = 0;
+  uint8_t taken_ = 0;
+  bool handled_ = false;   // a frame, in this tick
+  bool gave_way_ = false;  // the tick before sent no telemetry
 };
 
 }  // namespace shoal

@@ -7,7 +7,7 @@
 namespace shoal {
 namespace {
 
-constexpr uint16_t kQuiet = 1000;  // ms between two lists of refusals, and between two texts on bad setpoints
+constexpr uint16_t kQuiet = 1000;  // ms between two texts that the other side may provoke
 
 const char kHex[] PROGMEM = "0123456789abcdef";
 
@@ -22,30 +22,32 @@ void append_hash(char* text, const uint8_t hash[8]) {
 
 }  // namespace
 
-void Notices::step() {
+bool Notices::step() {
   quiet_ms_ -= quiet_ms_ > kTickMs ? kTickMs : quiet_ms_;
-  setpoint_quiet_ms_ -= setpoint_quiet_ms_ > kTickMs ? kTickMs : setpoint_quiet_ms_;
+  single_quiet_ms_ -= single_quiet_ms_ > kTickMs ? kTickMs : single_quiet_ms_;
   for (uint8_t i = 0; i < single_count; ++i) {
     if (!(pending_ & (1U << i))) continue;
-    if (i == bad_setpoint && setpoint_quiet_ms_ > 0) continue;
-    if (!send_single(static_cast<Single>(i))) return;
-    if (i == bad_setpoint) setpoint_quiet_ms_ = kQuiet;
+    const bool repeats = i == dialect || i == unknown_dialect || i == bad_setpoint;
+    if (repeats && single_quiet_ms_ > 0) continue;
+    if (!send_single(static_cast<Single>(i))) return true;
+    if (repeats) single_quiet_ms_ = kQuiet;
     pending_ &= static_cast<uint8_t>(~(1U << i));
-    return;
+    return true;
   }
   for (uint8_t i = 0; i < kCauseCount; ++i) {
     const Cause cause = static_cast<Cause>(i);
     const CauseSet changed = announced_ ^ parts_.safety.active();
     if (refused_ & bit_of(cause)) {
       if (send_cause(cause, PSTR("arming refused: "))) refused_ &= static_cast<CauseSet>(~bit_of(cause));
-      return;
+      return true;
     }
     if (changed & bit_of(cause)) {
       const bool set = (parts_.safety.active() & bit_of(cause)) != 0;
       if (send_cause(cause, set ? PSTR("") : PSTR("cleared: "))) announced_ ^= bit_of(cause);
-      return;
+      return true;
     }
   }
+  return false;
 }
 
 void Notices::arming_refused(CauseSet causes) {

@@ -12,7 +12,8 @@ class Notices {
  public:
   Notices(const Parts& parts, FrameWriter& writer) : parts_(parts), writer_(writer) {}
 
-  void step();
+  // Sends what is to be said next; true when there was something.
+  bool step();
 
   // Says every reason why arming was refused; at most once a second.
   void arming_refused(CauseSet causes);
@@ -35,7 +36,7 @@ class Notices {
   CauseSet announced_ = 0;  // as the other side knows it
   CauseSet refused_ = 0;    // still to be said
   uint16_t quiet_ms_ = 0;   // until the next refusal may be said
-  uint16_t setpoint_quiet_ms_ = 0;
+  uint16_t single_quiet_ms_ = 0;
   uint8_t pending_ = 1U << started;
   uint8_t parameter_ = 0;
   uint8_t theirs_[8] = {};

@@ -26,7 +26,7 @@ PARAMETER(SPD_DEAD,    0.04f,  0,     0.5f,  "",       "throttle at which the pr
 PARAMETER(SPD_LENGTH,  2.5f,   0.1f,  20,    "m",      "way in which drag alone takes the speed down by a factor of e")
 PARAMETER(SPD_STEER,   0.2f,   0.05f, 1,     "m/s",    "steerage way: fin gains stop growing below it")
 PARAMETER(HDG_P,       0.5f,   0,     5,     "1/s",    "heading error to yaw rate")
-PARAMETER(HDG_RATE,    0.55f,  0.05f, 3,     "1/m",    "largest yaw rate asked for, per m/s of speed")
+PARAMETER(HDG_RATE,    0.55f,  0.05f, 3,     "1/m",    "tightest turn asked for: yaw rate over speed")
 PARAMETER(YAW_FF,      0.65f,  0,     10,    "m",      "yaw rate over speed to rudder, feed-forward")
 PARAMETER(YAW_P,       0.5f,   0,     10,    "m",      "yaw rate error over speed to rudder")
 PARAMETER(YAW_I,       0.2f,   0,     10,    "m/s",    "integral of yaw rate error over speed to rudder")

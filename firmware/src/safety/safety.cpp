@@ -54,8 +54,7 @@ uint16_t add_saturated(uint16_t value, uint16_t step) {
 }  // namespace
 
 // Whether the condition of a cause holds at this moment; a cause that is active clears only past its hysteresis.
-bool Safety::holds(Cause cause, const Health& health, const Parameters& parameters) const {
-  const bool was = (active_ & bit_of(cause)) != 0;
+bool Safety::holds(Cause cause, bool was, const Health& health, const Parameters& parameters) const {
   const float more_volts = was ? kVoltageHysteresis : 0.0f;
   // A vehicle that was just armed has the full time to receive its first setpoint.
   const uint16_t setpoint_age = health.setpoint_age_ms < armed_ms_ ? health.setpoint_age_ms : armed_ms_;
@@ -92,21 +91,22 @@ void Safety::step(const Health& health, const Parameters& parameters, uint16_t d
   const bool driving_now = driving();
   if (driving_now) armed_ms_ = add_saturated(armed_ms_, dt_ms);
   recoverable_ = Action::none;
-  for (uint8_t i = 0; i < kCauseCount; ++i) {
-    const Cause cause = static_cast<Cause>(i);
+  CauseSet present = 0;
+  CauseSet mask = 1;
+  for (uint8_t i = 0; i < kCauseCount; ++i, mask <<= 1) {
     const Rule rule = read_flash(kRows[i].rule);
-    const bool holding = (driving_now || !rule.only_armed) && holds(cause, health, parameters);
-    const bool active = (active_ & bit_of(cause)) != 0;
-    present_ = holding ? present_ | bit_of(cause) : present_ & ~bit_of(cause);
+    const bool active = (active_ & mask) != 0;
+    const bool holding = (driving_now || !rule.only_armed) && holds(static_cast<Cause>(i), active, health, parameters);
+    if (holding) present |= mask;
     if (holding == active) {
       since_ms_[i] = 0;
     } else if (since_ms_[i] >= (holding ? rule.set_ms : rule.clear_ms)) {
-      active_ ^= bit_of(cause);
+      active_ ^= mask;
       since_ms_[i] = 0;
     } else {
       since_ms_[i] = add_saturated(since_ms_[i], dt_ms);
     }
-    if (!(active_ & bit_of(cause)) || !driving_now) continue;
+    if (!(active_ & mask) || !driving_now) continue;
 
     const bool stops = parameters.get(Parameter::FS_ACTION) >= 1.5f;
     const Action action = rule.action != kByParameter ? static_cast<Action>(rule.action)
@@ -119,6 +119,7 @@ void Safety::step(const Health& health, const Parameters& parameters, uint16_t d
       recoverable_ = action;
     }
   }
+  present_ = present;
 }
 
 Action Safety::action() const {

@@ -77,7 +77,7 @@ class Safety {
   static uint8_t describe(Cause cause, char text[kCauseTextLength]);
 
  private:
-  bool holds(Cause cause, const Health& health, const Parameters& parameters) const;
+  bool holds(Cause cause, bool was, const Health& health, const Parameters& parameters) const;
 
   Mode mode_ = Mode::disarmed;
   Action latched_ = Action::none;

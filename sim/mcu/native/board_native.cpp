@@ -114,8 +114,14 @@ uint16_t NativeBoard::read_analog(shoal::Analog input) {
   return static_cast<uint16_t>(between(0, kReferenceV, volts) / kReferenceV * 1023);
 }
 
-int16_t NativeBoard::read_byte(shoal::Port port) {
-  return port_of(port).read_byte(now_ns_, noise(port), cut(port), &counters);
+uint8_t NativeBoard::read_bytes(shoal::Port port, uint8_t* bytes, uint8_t capacity) {
+  uint8_t count = 0;
+  while (count < capacity) {
+    const int16_t byte = port_of(port).read_byte(now_ns_, noise(port), cut(port), &counters);
+    if (byte < 0) break;
+    bytes[count++] = static_cast<uint8_t>(byte);
+  }
+  return count;
 }
 
 bool NativeBoard::write_bytes(shoal::Port port, const uint8_t* bytes, uint16_t count) {

@@ -91,7 +91,7 @@ class NativeBoard final : public shoal::Board {
   uint16_t read_analog(shoal::Analog input) override;
   bool leak_detected() override { return readings.leak != 0; }
   void write_led(bool) override {}
-  int16_t read_byte(shoal::Port port) override;
+  uint8_t read_bytes(shoal::Port port, uint8_t* bytes, uint8_t capacity) override;
   bool write_bytes(shoal::Port port, const uint8_t* bytes, uint16_t count) override;
   uint16_t receive_overruns(shoal::Port port) override { return port_of(port).overruns(); }
   uint8_t eeprom_read(uint16_t address) override;
