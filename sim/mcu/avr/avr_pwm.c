@@ -6,6 +6,9 @@
 _Static_assert(SHOAL_PIN_BOW == 5 && SHOAL_PIN_STERN == 2 && SHOAL_PIN_MOTOR == 6,
                "pulses are wired to OC3A, OC3B and OC4A");
 
+enum {
+  OVERFLOW_LATENESS = 32
+}; /* an overflow is told at the end of the instruction or interrupt entry that it fell into */
 static const avr_cycle_count_t SILENCE = SHOAL_CPU_HZ / 20; /* 50 ms */
 
 static void close_pulse(mcu_pwm *p, avr_cycle_count_t now) {
@@ -15,15 +18,16 @@ static void close_pulse(mcu_pwm *p, avr_cycle_count_t now) {
   p->width = 0;
 }
 
-/* The compare output changed. simavr repeats the rise whenever a register of the timer is written, so only one whose
- * overflow is new counts. */
+/* The compare output changed. simavr repeats the rise in mid-period whenever a compare register is written, so only one
+ * at an overflow counts. */
 static void output_changed(avr_irq_t *irq, uint32_t value, void *param) {
   (void)irq;
   mcu_pwm *p = param;
   avr_t *avr = p->timer->io.avr;
-  if (!(value & 1) || p->timer->tov_base == p->rise) return;
+  avr_cycle_count_t overflow = p->timer->tov_base;
+  if (!(value & 1) || overflow == p->rise || avr->cycle > overflow + OVERFLOW_LATENESS) return;
   close_pulse(p, avr->cycle);
-  p->rise = p->timer->tov_base;
+  p->rise = overflow;
   p->width = 0;
   bool is_output = avr->data[p->ddr] & p->ddr_mask;
   if (!is_output || p->timer->wgm_op_mode_kind != avr_timer_wgm_fast_pwm) return;
