@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tomllib
 from collections.abc import Sequence
@@ -26,7 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
-        return _run(options) if options.command == "run" else _check(options.files)
+        if options.command == "run":
+            return _run(options)
+        return _check(options.files) if options.command == "check" else _bench(parser, options)
     except ConfigError as error:
         for line in error.lines:
             print(f"shoal: {line}", file=sys.stderr)
@@ -60,6 +63,14 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EPILOG,
     )
     check.add_argument("files", type=Path, nargs="+", metavar="FILE", help="a vehicle or mission file (TOML)")
+    bench = commands.add_parser(
+        "bench",
+        help="measure the time of a tick on this computer",
+        description="Runs ticks of one vehicle in a travelling formation on made-up telemetry; prints one JSON line: "
+        "mean microseconds of CPU of each part and of the whole tick. A tick may take 100,000.",
+    )
+    bench.add_argument("--ticks", type=int, default=1000, metavar="N", help="ticks to measure (default %(default)s)")
+    bench.add_argument("--vehicles", type=int, default=6, metavar="N", help="vehicles of the formation (default 6)")
     return parser
 
 
@@ -68,6 +79,15 @@ def _run(options: argparse.Namespace) -> int:
     from companion.run import run  # the parts that need hardware libraries, after the files were found good
 
     return run(vehicle, mission, json_lines=options.status_json)
+
+
+def _bench(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
+    if options.ticks < 1 or not 1 <= options.vehicles <= 250:
+        parser.error("bench: --ticks must be at least 1 and --vehicles from 1 to 250")
+    from companion.bench import measure
+
+    print(json.dumps(measure(options.ticks, options.vehicles)))
+    return 0
 
 
 # Checks every file, so that all that is wrong is told at once.

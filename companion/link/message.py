@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+import struct
+from collections import namedtuple
+from typing import Any, NamedTuple
 
 import protocol
+from protocol.frames import HEADER_LENGTH
+
+
+class _Plain(NamedTuple):
+    unpacker: struct.Struct
+    kind: type[Any]
+
+
+# Messages without arrays and texts, which make up nearly all of the line: unpacked without the generated module's
+# detour, which would check the CRC again.
+_PLAIN = {
+    key: _Plain(kind.unpacker, namedtuple(kind.msgname, kind.ordered_fieldnames))
+    for key, kind in protocol.dialect.mavlink_map.items()
+    if not any(kind.array_lengths)
+}
 
 
 class Message:
@@ -39,7 +56,12 @@ class Message:
     def fields(self) -> Any:
         """The decoded fields, units as on the wire."""
         if self._fields is None:
-            self._fields = protocol.decode(self.frame)
+            plain = _PLAIN.get(self.id)
+            if plain is None:
+                self._fields = protocol.decode(self.frame)
+            else:
+                payload = self.frame[HEADER_LENGTH:-2].ljust(plain.unpacker.size, b"\0")
+                self._fields = plain.kind._make(plain.unpacker.unpack(payload))
         return self._fields
 
     @property
