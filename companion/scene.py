@@ -44,7 +44,8 @@ class Neighbour:
     """Another vehicle as seen from here, without identity.
 
     Position and velocity (3,) in the mission frame, m and m/s; sigma is the one-sigma position error, m; age is the
-    time since it was last seen, s; travelled is its path length as far as it was watched, m (the workload P).
+    time since it was last seen, s; travelled is its path length as far as it was watched, m (the workload P);
+    turn_rate is that of its course, rad/s, positive to starboard, 0 where it cannot be told.
     """
 
     position: Vector
@@ -52,6 +53,7 @@ class Neighbour:
     sigma: float
     age: float
     travelled: float
+    turn_rate: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,11 +26,15 @@ TURNS = 24  # headings tried, evenly round the compass from the preferred one
 
 @dataclass(frozen=True, slots=True)
 class Hazard:
-    """Something to keep clear of: position (3,) m, velocity (3,) m/s over ground, least distance between centres m."""
+    """Something to keep clear of: position (3,) m, velocity (3,) m/s over ground, least distance between centres m.
+
+    It is taken to keep its speed and, for `turn_memory_s`, its turn rate, rad/s.
+    """
 
     position: Vector
     velocity: Vector
     safe: float
+    turn_rate: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +73,10 @@ class Barrier:
         safe = np.array([hazard.safe for hazard in near])
         distance = np.sqrt((relative * relative).sum(axis=1))
         needed = safe[:, None] + (distance - safe)[:, None] * self._decay
-        drift = velocity - own.current[:2]
+        gap_n, gap_e = self._gaps(own, relative, velocity, np.array([hazard.turn_rate for hazard in near]))
 
         def shortfall(headings: Array, speeds: Array) -> Array:
             north, east = self._arcs(own, headings, speeds)
-            gap_n = relative[:, 0, None] + drift[:, 0, None] * self._times
-            gap_e = relative[:, 1, None] + drift[:, 1, None] * self._times
             squared = (gap_n - north[:, None, :]) ** 2 + (gap_e - east[:, None, :]) ** 2 + relative[:, 2, None] ** 2
             short: Array = (needed - np.sqrt(squared)).max(axis=2)
             return short
@@ -105,6 +107,19 @@ class Barrier:
         vn, ve, _ = hazard.velocity.tolist()
         room: float = hazard.safe + reach + math.hypot(vn, ve) * self._config.horizon_s
         return bool(abs(dd) < hazard.safe and dn * dn + de * de < room * room)
+
+    def _gaps(self, own: OwnPose, relative: Array, velocity: Array, rate: Array) -> tuple[Array, Array]:
+        """Where the hazards will be (N, TIMES), north and east from here, m, as the water under us sees them."""
+        rate = np.where(np.abs(rate) < 1e-3, 1e-3, rate)[:, None]
+        turning = np.minimum(self._times, self._config.turn_memory_s)
+        angle = rate * turning
+        sine, cosine = np.sin(angle), np.cos(angle)
+        rest = self._times - turning
+        forward, right = sine / rate + rest * cosine, (1.0 - cosine) / rate + rest * sine
+        vn, ve = velocity[:, 0, None], velocity[:, 1, None]
+        gap_n = relative[:, 0, None] + forward * vn - right * ve - own.current[0] * self._times
+        gap_e = relative[:, 1, None] + forward * ve + right * vn - own.current[1] * self._times
+        return gap_n, gap_e
 
     def _arcs(self, own: OwnPose, headings: Array, speeds: Array) -> tuple[Array, Array]:
         """Ways through water (C, TIMES) north and east, m: turn at the turning radius, then straight on.

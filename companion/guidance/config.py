@@ -32,12 +32,15 @@ class HullConfig:
 
 @dataclass(frozen=True, slots=True)
 class WaitConfig:
-    """Circling a point that stands still."""
+    """Circling a point that stands still, in step with everyone else by the mission's clock."""
 
     radius_m: float = 1.5  # a little over the turning radius, so that rudder is left to correct with
-    convergence: float = 1.2  # how sharply the course bends toward the circle
-    slowing_rate: float = 0.2  # speed above steerage per metre from the circle, 1/s
-    current_ratio: float = 2.5  # speed through water at least this many times the current
+    period_s: float = 36.0  # of one circle; a little over steerage way, so that speed is left to correct with
+    convergence: float = 2.0  # how sharply the course bends toward the circle
+    slowing_rate: float = 0.2  # speed per metre from the circle, 1/s
+    step_gain: float = 0.12  # speed per radian out of step, m/s
+    catch_up_mps: float = 0.5  # at most, to come into step
+    late_share: float = 0.8  # of a turn: out of step by more counts as early
     still_mps: float = 0.05  # a point slower than this stands still
 
 
@@ -57,6 +60,7 @@ class BarrierConfig:
 
     time_constant_s: float = 2.0  # distance may shrink toward the safe one no faster than exponentially with this
     horizon_s: float = 9.0
+    turn_memory_s: float = 5.0  # others are taken to keep on turning for so long
     margin_m: float = 0.35  # kept beyond the mission's safe distance
     obstacle_clearance_m: float = 0.9  # from own centre to an obstacle's surface
     left_penalty: float = 0.15  # a turn to port costs this much more: both of a pair give way to starboard

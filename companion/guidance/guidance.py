@@ -111,7 +111,7 @@ class Guidance:
         acceleration = self._acceleration.step(now, decision.point, velocity)
         if math.hypot(*velocity) < self._config.wait.still_mps:
             wait, hull = self._config.wait, self._config.hull
-            return steering.circle(position, target, current, steerage, top, wait, hull), Mode.CIRCLE
+            return steering.circle(now, position, target, current, steerage, top, wait, hull), Mode.CIRCLE
         track = self._config.track
         return steering.follow(position, target, velocity, acceleration, current, steerage, top, track), Mode.FOLLOW
 
@@ -120,7 +120,8 @@ class Guidance:
         for other in scene.neighbours:
             if _finite(other.position, other.velocity):
                 sigma = other.sigma if math.isfinite(other.sigma) else 0.0
-                yield Hazard(other.position, other.velocity, safe + min(sigma, 1.0))
+                rate = other.turn_rate if math.isfinite(other.turn_rate) else 0.0
+                yield Hazard(other.position, other.velocity, safe + min(sigma, 1.0), rate)
         for thing in scene.obstacles:
             if _finite(thing.position, thing.velocity) and math.isfinite(thing.radius):
                 clearance = self._config.barrier.obstacle_clearance_m

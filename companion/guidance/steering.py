@@ -24,23 +24,33 @@ def crab(course: float, speed: float, current: Pair) -> float:
 
 
 def circle(
-    position: Pair, centre: Pair, current: Pair, steerage: float, top: float, wait: WaitConfig, hull: HullConfig
+    now: float,
+    position: Pair,
+    centre: Pair,
+    current: Pair,
+    steerage: float,
+    top: float,
+    wait: WaitConfig,
+    hull: HullConfig,
 ) -> tuple[float, float]:
     """Heading and speed to come to a standing point and circle it clockwise.
 
     A vector field (after Beard and McLain, Small Unmanned Aircraft, 10.2): far away it points at the centre, on the
-    circle along the tangent. The course is taken a heading lag ahead, as the circle turns it.
+    circle along the tangent. The course is taken a heading lag ahead, as the circle turns it. Speed keeps the
+    vehicle's bearing from its point in step with the clock, which all share: so all circles turn as one, the
+    distances between vehicles are those between their points, and they leave side by side.
     """
     dn, de = position[0] - centre[0], position[1] - centre[1]
-    distance = math.hypot(dn, de)
-    radius = wait.radius_m
-    excess = (distance - radius) / radius
-    speed = max(
-        steerage + wait.slowing_rate * (distance - 1.5 * radius), steerage, wait.current_ratio * math.hypot(*current)
-    )
-    speed = min(speed, top)
-    inward = math.atan(wait.convergence * excess)
-    course = math.atan2(de, dn) + math.pi / 2.0 + inward
+    distance, bearing = math.hypot(dn, de), math.atan2(de, dn)
+    radius, rate = wait.radius_m, math.tau / wait.period_s
+    late = (rate * now - bearing) % math.tau
+    if late > wait.late_share * math.tau:
+        late -= math.tau
+    in_step = min(rate * radius + wait.step_gain * late, wait.catch_up_mps)
+    approach = wait.slowing_rate * (distance - radius)
+    speed = min(max(in_step, approach, steerage), top)
+    inward = math.atan(wait.convergence * (distance - radius) / radius)
+    course = bearing + math.pi / 2.0 + inward
     along = speed + current[0] * math.cos(course) + current[1] * math.sin(course)
     lead = hull.heading_lag_s * max(along, 0.0) / max(distance, radius) * math.cos(inward) ** 2
     return crab(course + lead, speed, current), speed

@@ -25,6 +25,8 @@ class TrackConfig:
 
     acceleration_noise: float = 0.1  # of a neighbour, m/s^2 per sqrt(Hz)
     start_speed_sigma_mps: float = 0.4  # of a neighbour just seen
+    course_memory_s: float = 2.5  # turn rate is told from the course now against that of so long ago
+    turn_limit_radps: float = 0.4
     gate_sigmas: float = 4.0
     gate_floor_m: float = 0.5  # half the least distance between two hulls that both swim
     confirm_hits: int = 3  # M ...

@@ -26,6 +26,7 @@ class Tracks:
         self._clock: float | None = None
         self._position: Array = np.zeros((0, 3))
         self._velocity: Array = np.zeros((0, 3))
+        self._course: Array = np.zeros((0, 3))
         self._covariance: Array = np.zeros((0, 3))
         self._seen: Array = np.zeros(0)
         self._history: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
@@ -42,6 +43,8 @@ class Tracks:
         if now - float(self._seen.min()) > self._config.age_limit_s:
             self._keep(now - self._seen <= self._config.age_limit_s)
         self._position = self._position + self._velocity * elapsed
+        share = min(elapsed / self._config.course_memory_s, 1.0)
+        self._course = self._course + share * (self._velocity - self._course)
         pp, pv, vv = self._covariance.T
         noise = self._config.acceleration_noise**2
         pp = pp + 2.0 * elapsed * pv + elapsed**2 * vv + noise * elapsed**3 / 3.0
@@ -69,17 +72,29 @@ class Tracks:
 
     def neighbours(self, now: float) -> tuple[Neighbour, ...]:
         """The confirmed tracks."""
-        sigma = np.sqrt(self._covariance[:, 0])
+        rows = np.flatnonzero(self._confirmed)
         return tuple(
-            Neighbour(
-                self._position[i].copy(),
-                self._velocity[i].copy(),
-                float(sigma[i]),
-                max(now - float(self._seen[i]), 0.0),
-                float(self._travelled[i]),
+            Neighbour(*values)
+            for values in zip(
+                self._position[rows],
+                self._velocity[rows],
+                np.sqrt(self._covariance[rows, 0]).tolist(),
+                np.maximum(now - self._seen[rows], 0.0).tolist(),
+                self._travelled[rows].tolist(),
+                self._turn_rate(rows).tolist(),
+                strict=True,
             )
-            for i in np.flatnonzero(self._confirmed)
         )
+
+    def _turn_rate(self, rows: NDArray[np.intp]) -> Array:
+        """Turn rates (N,) rad/s of the courses, drawn toward 0 where speed is no more than its own error."""
+        vn, ve = self._velocity[rows, 0], self._velocity[rows, 1]
+        cn, ce = self._course[rows, 0], self._course[rows, 1]
+        along, across = cn * vn + ce * ve, cn * ve - ce * vn
+        trust = along / (np.abs(along) + 2.0 * self._covariance[rows, 2])
+        rate = np.arctan2(across, along) * np.maximum(trust, 0.0) / self._config.course_memory_s
+        limited: Array = np.clip(rate, -self._config.turn_limit_radps, self._config.turn_limit_radps)
+        return limited
 
     def _associate(
         self, expected: Array, detections: Array, variance: float
@@ -125,6 +140,7 @@ class Tracks:
         start = np.tile((variance, 0.0, self._config.start_speed_sigma_mps**2), (count, 1))
         self._position = np.concatenate((self._position, detections))
         self._velocity = np.concatenate((self._velocity, np.zeros((count, 3))))
+        self._course = np.concatenate((self._course, np.zeros((count, 3))))
         self._covariance = np.concatenate((self._covariance, start))
         self._seen = np.concatenate((self._seen, np.full(count, stamp)))
         self._history = np.concatenate((self._history, np.ones(count, dtype=np.int64)))
@@ -134,6 +150,7 @@ class Tracks:
 
     def _keep(self, rows: NDArray[np.bool_]) -> None:
         self._position, self._velocity = self._position[rows], self._velocity[rows]
+        self._course = self._course[rows]
         self._covariance, self._seen, self._history = self._covariance[rows], self._seen[rows], self._history[rows]
         self._confirmed, self._travelled = self._confirmed[rows], self._travelled[rows]
         self._stride_start = self._stride_start[rows]
