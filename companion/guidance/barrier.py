@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.guidance.config import BarrierConfig, HullConfig
+from companion.guidance.steering import Course
 from companion.scene import OwnPose, Vector
 
 Array = NDArray[np.float64]
 
 TIMES = 10  # moments ahead at which distances are taken
 TURNS = 24  # headings tried, evenly round the compass from the preferred one
+TURNING_ON = 0.6  # a preferred heading further off than this, rad, is a turn of its own, no circle
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,58 +60,48 @@ class Barrier:
         self._lag = hull.speed_lag_s * (1.0 - np.exp(-self._times / hull.speed_lag_s))
         turns = np.arange(TURNS) * (math.tau / TURNS)
         self._turns = np.where(turns > math.pi, turns - math.tau, turns)
-        self._turn_cost = (1.0 - np.cos(self._turns)) * np.where(self._turns < 0.0, 1.0 + config.left_penalty, 1.0)
         self._given_way = 0.0
 
-    def choose(self, own: OwnPose, heading: float, speed: float, hazards: Iterable[Hazard]) -> Choice:
-        """The allowed heading and speed nearest to the preferred ones; the least evil if none is allowed."""
+    def choose(self, own: OwnPose, preferred: Course, hazards: Iterable[Hazard]) -> Choice:
+        """The allowed heading and speed nearest to the preferred course; the least evil if none is allowed."""
         reach = (self._top + math.hypot(own.current[0], own.current[1])) * self._config.horizon_s
         near = [hazard for hazard in hazards if self._may_meet(own, hazard, reach)]
         if not near:
             self._given_way = 0.0
-            return Choice(heading, speed)
-        relative = np.array([hazard.position for hazard in near]) - own.position
-        velocity = np.array([hazard.velocity for hazard in near])[:, :2]
-        safe = np.array([hazard.safe for hazard in near])
-        distance = np.sqrt((relative * relative).sum(axis=1))
-        needed = safe[:, None] + (distance - safe)[:, None] * self._decay
-        gap_n, gap_e = self._gaps(own, relative, velocity, np.array([hazard.turn_rate for hazard in near]))
-
-        def shortfall(headings: Array, speeds: Array) -> Array:
-            north, east = self._arcs(own, headings, speeds)
-            squared = (gap_n - north[:, None, :]) ** 2 + (gap_e - east[:, None, :]) ** 2 + relative[:, 2, None] ** 2
-            short: Array = (needed - np.sqrt(squared)).max(axis=2)
-            return short
-
-        short = shortfall(np.array((heading,)), np.array((speed,)))[0]
+            return Choice(preferred.heading, preferred.speed)
+        sea = self._look_ahead(own, near)
+        short = sea.shortfall(*self._arcs(own, *_single(preferred)))[0]
         if short.max() <= 0.0:
             self._given_way *= 0.9
-            return Choice(heading, speed)
-        speeds = np.unique(np.array((self._steerage, speed, self._top)))
-        all_turns = np.repeat(self._turns, len(speeds))
-        all_speeds = np.tile(speeds, TURNS)
-        short = shortfall(heading + all_turns, all_speeds)
+            return Choice(preferred.heading, preferred.speed)
+        speeds = np.array(sorted({self._steerage, preferred.speed, self._top}))
+        turns = np.concatenate((np.repeat(self._turns, len(speeds)), np.zeros(len(speeds))))
+        all_speeds = np.tile(speeds, TURNS + 1)
+        rates = np.zeros(len(turns))
+        rates[-len(speeds) :] = preferred.turn_rate
+        short = sea.shortfall(*self._arcs(own, preferred.heading + turns, all_speeds, rates))
         worst = np.maximum(short.max(axis=1), 0.0)
         cost = (
             20.0 * worst
-            + np.repeat(self._turn_cost, len(speeds))
-            + 0.5 * np.abs(all_speeds - speed) / self._top
-            + self._config.swing_penalty * (1.0 - np.cos(all_turns - self._given_way))
+            + (1.0 - np.cos(turns)) * np.where(turns < 0.0, 1.0 + self._config.left_penalty, 1.0)
+            + self._config.speed_cost * np.abs(all_speeds - preferred.speed) / self._top
+            + self._config.swing_penalty * (1.0 - np.cos(turns - self._given_way))
         )
         best = int(cost.argmin())
-        self._given_way = float(all_turns[best])
+        self._given_way = float(turns[best])
         return Choice(
-            heading + self._given_way, float(all_speeds[best]), float(worst[best]), near[int(short[best].argmax())]
+            preferred.heading + self._given_way,
+            float(all_speeds[best]),
+            float(worst[best]),
+            near[int(short[best].argmax())],
         )
 
-    def _may_meet(self, own: OwnPose, hazard: Hazard, reach: float) -> bool:
-        dn, de, dd = (hazard.position - own.position).tolist()
-        vn, ve, _ = hazard.velocity.tolist()
-        room: float = hazard.safe + reach + math.hypot(vn, ve) * self._config.horizon_s
-        return bool(abs(dd) < hazard.safe and dn * dn + de * de < room * room)
-
-    def _gaps(self, own: OwnPose, relative: Array, velocity: Array, rate: Array) -> tuple[Array, Array]:
-        """Where the hazards will be (N, TIMES), north and east from here, m, as the water under us sees them."""
+    def _look_ahead(self, own: OwnPose, near: list[Hazard]) -> _Sea:
+        """Where the hazards will be, as the water under us sees them, and how far off they must stay."""
+        relative = np.array([hazard.position for hazard in near]) - own.position
+        velocity = np.array([hazard.velocity for hazard in near])[:, :2]
+        rate = np.array([hazard.turn_rate for hazard in near])
+        safe = np.array([hazard.safe for hazard in near])
         rate = np.where(np.abs(rate) < 1e-3, 1e-3, rate)[:, None]
         turning = np.minimum(self._times, self._config.turn_memory_s)
         angle = rate * turning
@@ -117,24 +109,37 @@ class Barrier:
         rest = self._times - turning
         forward, right = sine / rate + rest * cosine, (1.0 - cosine) / rate + rest * sine
         vn, ve = velocity[:, 0, None], velocity[:, 1, None]
-        gap_n = relative[:, 0, None] + forward * vn - right * ve - own.current[0] * self._times
-        gap_e = relative[:, 1, None] + forward * ve + right * vn - own.current[1] * self._times
-        return gap_n, gap_e
+        north = relative[:, 0, None] + forward * vn - right * ve - own.current[0] * self._times
+        east = relative[:, 1, None] + forward * ve + right * vn - own.current[1] * self._times
+        distance = np.sqrt((relative * relative).sum(axis=1))
+        doubt = self._config.doubt * np.sqrt((velocity * velocity).sum(axis=1))[:, None] * self._times
+        needed = safe[:, None] + (distance - safe)[:, None] * self._decay + np.minimum(doubt, self._config.doubt_max_m)
+        return _Sea(north, east, relative[:, 2, None] ** 2, needed)
 
-    def _arcs(self, own: OwnPose, headings: Array, speeds: Array) -> tuple[Array, Array]:
+    def _may_meet(self, own: OwnPose, hazard: Hazard, reach: float) -> bool:
+        dn, de, dd = (hazard.position - own.position).tolist()
+        vn, ve, _ = hazard.velocity.tolist()
+        room: float = hazard.safe + reach + math.hypot(vn, ve) * self._config.horizon_s
+        return bool(abs(dd) < hazard.safe and dn * dn + de * de < room * room)
+
+    def _arcs(self, own: OwnPose, headings: Array, speeds: Array, rates: Array) -> tuple[Array, Array]:
         """Ways through water (C, TIMES) north and east, m: turn at the turning radius, then straight on.
 
-        Speed follows its setpoint with the hull's lag; a turn begins half a heading lag late.
+        Speed follows its setpoint with the hull's lag; a turn begins half a heading lag late. Where a rate is given,
+        the hull turns on from its present heading at that rate instead.
         """
         through = own.velocity - own.current
         now = math.hypot(through[0], through[1])
         length = speeds[:, None] * self._times + (now - speeds)[:, None] * self._lag
-        radius = self._hull.turning_radius_m
         yaw = own.attitude.yaw
         turn = np.remainder(headings - yaw + math.pi, math.tau) - math.pi
-        late = 0.5 * self._hull.heading_lag_s * now
-        side = np.where(turn < 0.0, -1.0, 1.0)[:, None]
-        angle = np.minimum(np.maximum(length - late, 0.0) / radius, np.abs(turn)[:, None])
+        circling = (np.abs(rates) > 1e-3) & (np.abs(turn) < TURNING_ON)
+        late = np.where(circling, 0.0, 0.5 * self._hull.heading_lag_s * now)[:, None]
+        with np.errstate(divide="ignore"):
+            radius = np.where(circling, speeds / np.abs(rates), self._hull.turning_radius_m)[:, None]
+        side = np.where(np.where(circling, rates, turn) < 0.0, -1.0, 1.0)[:, None]
+        end = np.where(circling, math.inf, np.abs(turn))[:, None]
+        angle = np.minimum(np.maximum(length - late, 0.0) / radius, end)
         straight = length - radius * angle
         before = np.minimum(straight, late)
         after = straight - before
@@ -142,3 +147,23 @@ class Barrier:
         right = side * radius * (1.0 - np.cos(angle)) + after * np.sin(turn)[:, None]
         cosine, sine = math.cos(yaw), math.sin(yaw)
         return forward * cosine - right * sine, forward * sine + right * cosine
+
+
+@dataclass(frozen=True, slots=True)
+class _Sea:
+    """Ways of the hazards (N, TIMES) north and east, squared depth difference (N, 1), distances needed (N, TIMES)."""
+
+    north: Array
+    east: Array
+    depth_squared: Array
+    needed: Array
+
+    def shortfall(self, north: Array, east: Array) -> Array:
+        """By how much each of the ways (C, TIMES) falls short of each hazard's distance, m, (C, N)."""
+        squared = (self.north - north[:, None]) ** 2 + (self.east - east[:, None]) ** 2 + self.depth_squared
+        short: Array = (self.needed - np.sqrt(squared)).max(axis=2)
+        return short
+
+
+def _single(course: Course) -> tuple[Array, Array, Array]:
+    return np.array((course.heading,)), np.array((course.speed,)), np.array((course.turn_rate,))

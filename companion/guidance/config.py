@@ -37,7 +37,7 @@ class WaitConfig:
     radius_m: float = 1.5  # a little over the turning radius, so that rudder is left to correct with
     period_s: float = 36.0  # of one circle; a little over steerage way, so that speed is left to correct with
     convergence: float = 2.0  # how sharply the course bends toward the circle
-    slowing_rate: float = 0.2  # speed per metre from the circle, 1/s
+    near_radii: float = 1.7  # from here on the speed is that of the circle
     step_gain: float = 0.12  # speed per radian out of step, m/s
     catch_up_mps: float = 0.5  # at most, to come into step
     late_share: float = 0.8  # of a turn: out of step by more counts as early
@@ -60,9 +60,12 @@ class BarrierConfig:
 
     time_constant_s: float = 2.0  # distance may shrink toward the safe one no faster than exponentially with this
     horizon_s: float = 9.0
+    doubt: float = 0.25  # others may turn: the distance kept grows by this share of their way ahead ...
+    doubt_max_m: float = 0.4  # ... up to this
     turn_memory_s: float = 5.0  # others are taken to keep on turning for so long
     margin_m: float = 0.35  # kept beyond the mission's safe distance
     obstacle_clearance_m: float = 0.9  # from own centre to an obstacle's surface
+    speed_cost: float = 0.5  # of a change of speed by top speed, as 1 - cos of a turn
     left_penalty: float = 0.15  # a turn to port costs this much more: both of a pair give way to starboard
     swing_penalty: float = 0.15  # and so does leaving the side chosen before
     vertical_from_m: float = 0.25  # a distance short by more than this calls for depth as well

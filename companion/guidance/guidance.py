@@ -64,8 +64,8 @@ class Guidance:
             return self._hold(scene, reason)
         preferred, mode = self._prefer(now, scene.own, decision)
         if now < self._escape_until:
-            mode, preferred = Mode.ESCAPE, (self._escape_heading, self._limits.top_speed_mps)
-        choice = self._barrier.choose(scene.own, *preferred, self._hazards(scene))
+            mode, preferred = Mode.ESCAPE, steering.Course(self._escape_heading, self._limits.top_speed_mps)
+        choice = self._barrier.choose(scene.own, preferred, self._hazards(scene))
         self._watch_progress(now, scene.own, decision, choice)
         self.status = GuidanceStatus(mode, decision.reason, choice.binding is not None, choice.shortfall)
         depth = float(decision.target[2]) + self._vertical(scene.own, choice)
@@ -102,7 +102,7 @@ class Guidance:
         self._last = Setpoint(heading, self._last.depth, 0.0)
         return self._last
 
-    def _prefer(self, now: float, own: OwnPose, decision: Decision) -> tuple[tuple[float, float], Mode]:
+    def _prefer(self, now: float, own: OwnPose, decision: Decision) -> tuple[steering.Course, Mode]:
         """Heading and speed for an empty sea."""
         assert decision.target is not None
         position, target = _pair(own.position), _pair(decision.target)

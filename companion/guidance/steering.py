@@ -6,10 +6,20 @@ Horizontal vectors are (north, east) pairs of floats, m or m/s, in the mission f
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from companion.guidance.config import HullConfig, TrackConfig, WaitConfig
 
 Pair = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Heading, rad, and speed through water, m/s, to steer, and the rate at which the heading will go on to turn."""
+
+    heading: float
+    speed: float
+    turn_rate: float = 0.0
 
 
 def wrap(angle: float) -> float:
@@ -32,28 +42,33 @@ def circle(
     top: float,
     wait: WaitConfig,
     hull: HullConfig,
-) -> tuple[float, float]:
+) -> Course:
     """Heading and speed to come to a standing point and circle it clockwise.
 
     A vector field (after Beard and McLain, Small Unmanned Aircraft, 10.2): far away it points at the centre, on the
-    circle along the tangent. The course is taken a heading lag ahead, as the circle turns it. Speed keeps the
-    vehicle's bearing from its point in step with the clock, which all share: so all circles turn as one, the
-    distances between vehicles are those between their points, and they leave side by side.
+    circle along the tangent. The course is taken a heading lag ahead, as the circle turns it. Speed brings the
+    vehicle there, and keeps its bearing from its point, in step with the clock, which all share: so all circles turn
+    as one, the distances between vehicles are those between their points, and they leave side by side.
     """
     dn, de = position[0] - centre[0], position[1] - centre[1]
     distance, bearing = math.hypot(dn, de), math.atan2(de, dn)
     radius, rate = wait.radius_m, math.tau / wait.period_s
-    late = (rate * now - bearing) % math.tau
-    if late > wait.late_share * math.tau:
-        late -= math.tau
-    in_step = min(rate * radius + wait.step_gain * late, wait.catch_up_mps)
-    approach = wait.slowing_rate * (distance - radius)
-    speed = min(max(in_step, approach, steerage), top)
+    if distance > wait.near_radii * radius:
+        way = math.sqrt(distance**2 - radius**2)
+        early = (bearing + math.acos(radius / distance) - rate * now) % math.tau / rate
+        early += wait.period_s * math.ceil(max(way / top - early, 0.0) / wait.period_s)
+        speed = way / early
+    else:
+        late = (rate * now - bearing) % math.tau
+        if late > wait.late_share * math.tau:
+            late -= math.tau
+        speed = min(rate * radius + wait.step_gain * late, wait.catch_up_mps)
+    speed = min(max(speed, steerage), top)
     inward = math.atan(wait.convergence * (distance - radius) / radius)
     course = bearing + math.pi / 2.0 + inward
     along = speed + current[0] * math.cos(course) + current[1] * math.sin(course)
-    lead = hull.heading_lag_s * max(along, 0.0) / max(distance, radius) * math.cos(inward) ** 2
-    return crab(course + lead, speed, current), speed
+    turning = max(along, 0.0) / max(distance, radius) * math.cos(inward) ** 2
+    return Course(crab(course + hull.heading_lag_s * turning, speed, current), speed, turning)
 
 
 def follow(
@@ -65,7 +80,7 @@ def follow(
     steerage: float,
     top: float,
     track: TrackConfig,
-) -> tuple[float, float]:
+) -> Course:
     """Heading and speed to travel with a moving point.
 
     Velocity through water is the point's own plus a correction of the error: across its course by a line of sight to
@@ -76,7 +91,7 @@ def follow(
     we = velocity[1] + track.lead_s * acceleration[1] - current[1]
     pace = math.hypot(wn, we)
     if pace < 1e-6:
-        return math.atan2(target[1] - position[1], target[0] - position[0]), steerage
+        return Course(math.atan2(target[1] - position[1], target[0] - position[0]), steerage)
     tn, te = wn / pace, we / pace
     en, ee = target[0] - position[0], target[1] - position[1]
     along, across = en * tn + ee * te, ee * tn - en * te
@@ -86,7 +101,7 @@ def follow(
     ahead = max(pace + surge, steerage)
     sway = math.copysign(min(abs(sway), top), sway)
     heading = math.atan2(te, tn) + math.atan2(sway, ahead)
-    return heading, min(max(math.hypot(ahead, sway), steerage), top)
+    return Course(heading, min(max(math.hypot(ahead, sway), steerage), top))
 
 
 def _to_top_speed(pace: float, surge: float, sway: float, top: float) -> Pair:
