@@ -69,7 +69,7 @@ class Barrier:
         if not near:
             self._given_way = 0.0
             return Choice(preferred.heading, preferred.speed)
-        sea = self._look_ahead(own, near)
+        sea = self._look_ahead(own, near, self._config.stand_on_m if preferred.in_step else 0.0)
         short = sea.shortfall(*self._arcs(own, *_single(preferred)))[0]
         if short.max() <= 0.0:
             self._given_way *= 0.9
@@ -96,12 +96,12 @@ class Barrier:
             near[int(short[best].argmax())],
         )
 
-    def _look_ahead(self, own: OwnPose, near: list[Hazard]) -> _Sea:
-        """Where the hazards will be, as the water under us sees them, and how far off they must stay."""
+    def _look_ahead(self, own: OwnPose, near: list[Hazard], relief: float) -> _Sea:
+        """Where the hazards will be, as the water under us sees them, and how far off they must stay; `relief` m is waived."""
         relative = np.array([hazard.position for hazard in near]) - own.position
         velocity = np.array([hazard.velocity for hazard in near])[:, :2]
         rate = np.array([hazard.turn_rate for hazard in near])
-        safe = np.array([hazard.safe for hazard in near])
+        safe = np.array([hazard.safe - relief for hazard in near])
         rate = np.where(np.abs(rate) < 1e-3, 1e-3, rate)[:, None]
         turning = np.minimum(self._times, self._config.turn_memory_s)
         angle = rate * turning

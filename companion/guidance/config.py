@@ -41,6 +41,7 @@ class WaitConfig:
     step_gain: float = 0.12  # speed per radian out of step, m/s
     catch_up_mps: float = 0.5  # at most, to come into step
     late_share: float = 0.8  # of a turn: out of step by more counts as early
+    in_step_rad: float = 0.8  # out of step by less is in step
     still_mps: float = 0.05  # a point slower than this stands still
 
 
@@ -64,6 +65,7 @@ class BarrierConfig:
     doubt_max_m: float = 0.4  # ... up to this
     turn_memory_s: float = 5.0  # others are taken to keep on turning for so long
     margin_m: float = 0.35  # kept beyond the mission's safe distance
+    stand_on_m: float = 0.4  # so much less is asked of a vehicle that circles in step
     obstacle_clearance_m: float = 0.9  # from own centre to an obstacle's surface
     speed_cost: float = 0.5  # of a change of speed by top speed, as 1 - cos of a turn
     left_penalty: float = 0.15  # a turn to port costs this much more: both of a pair give way to starboard

@@ -15,11 +15,15 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Heading, rad, and speed through water, m/s, to steer, and the rate at which the heading will go on to turn."""
+    """Heading, rad, and speed through water, m/s, to steer, and the rate, rad/s, at which the heading will turn on.
+
+    `in_step` marks a vehicle that circles its point where the clock says: it stands on, and others give way.
+    """
 
     heading: float
     speed: float
     turn_rate: float = 0.0
+    in_step: bool = False
 
 
 def wrap(angle: float) -> float:
@@ -53,6 +57,7 @@ def circle(
     dn, de = position[0] - centre[0], position[1] - centre[1]
     distance, bearing = math.hypot(dn, de), math.atan2(de, dn)
     radius, rate = wait.radius_m, math.tau / wait.period_s
+    in_step = False
     if distance > wait.near_radii * radius:
         way = math.sqrt(distance**2 - radius**2)
         early = (bearing + math.acos(radius / distance) - rate * now) % math.tau / rate
@@ -62,13 +67,14 @@ def circle(
         late = (rate * now - bearing) % math.tau
         if late > wait.late_share * math.tau:
             late -= math.tau
+        in_step = abs(late) < wait.in_step_rad
         speed = min(rate * radius + wait.step_gain * late, wait.catch_up_mps)
     speed = min(max(speed, steerage), top)
     inward = math.atan(wait.convergence * (distance - radius) / radius)
     course = bearing + math.pi / 2.0 + inward
     along = speed + current[0] * math.cos(course) + current[1] * math.sin(course)
     turning = max(along, 0.0) / max(distance, radius) * math.cos(inward) ** 2
-    return Course(crab(course + hull.heading_lag_s * turning, speed, current), speed, turning)
+    return Course(crab(course + hull.heading_lag_s * turning, speed, current), speed, turning, in_step)
 
 
 def follow(
