@@ -51,6 +51,9 @@ class TrackConfig:
 
     along_gain: float = 0.22  # speed per metre of along-track error, 1/s
     lookahead_m: float = 1.8  # line of sight: cross-track error is closed as if aiming this far ahead
+    weave_from_m: float = 0.3  # ahead of the point by more, and slow enough no more, a hull weaves ...
+    weave_width_m: float = 0.3  # ... this far to either side ...
+    weave_limit_rad: float = 1.0  # ... this far off its course at most
     lead_s: float = 1.0  # the point's velocity is taken this far ahead, for the lag of heading and speed
     acceleration_lag_s: float = 0.5  # of the estimate of the point's acceleration
 

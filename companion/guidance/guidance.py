@@ -112,8 +112,9 @@ class Guidance:
         if math.hypot(*velocity) < self._config.wait.still_mps:
             wait, hull = self._config.wait, self._config.hull
             return steering.circle(now, position, target, current, steerage, top, wait, hull), Mode.CIRCLE
-        track = self._config.track
-        return steering.follow(position, target, velocity, acceleration, current, steerage, top, track), Mode.FOLLOW
+        yaw, track = own.attitude.yaw, self._config.track
+        course = steering.follow(position, yaw, target, velocity, acceleration, current, steerage, top, track)
+        return course, Mode.FOLLOW
 
     def _hazards(self, scene: Scene) -> Iterator[Hazard]:
         safe = self._limits.safe_distance_m + self._config.barrier.margin_m

@@ -79,6 +79,7 @@ def circle(
 
 def follow(
     position: Pair,
+    yaw: float,
     target: Pair,
     velocity: Pair,
     acceleration: Pair,
@@ -91,7 +92,8 @@ def follow(
 
     Velocity through water is the point's own plus a correction of the error: across its course by a line of sight to
     a place `lookahead_m` ahead of it, along its course by speed. Far away this becomes the collision course at top
-    speed. A hull that is ahead of its point slows down to steerage way and lets it come; it does not turn back.
+    speed. A hull that is ahead of its point slows down to steerage way and lets it come; where that is still too
+    fast it weaves from side to side. It does not turn back.
     """
     wn = velocity[0] + track.lead_s * acceleration[0] - current[0]
     we = velocity[1] + track.lead_s * acceleration[1] - current[1]
@@ -104,9 +106,15 @@ def follow(
     surge = track.along_gain * along
     sway = across * max(pace, steerage) / track.lookahead_m
     surge, sway = _to_top_speed(pace, surge, sway, top)
-    ahead = max(pace + surge, steerage)
+    course = math.atan2(te, tn)
+    ahead = pace + surge
+    if ahead < steerage and along < -track.weave_from_m:
+        side = across if abs(across) > track.weave_width_m else wrap(yaw - course)
+        turn = min(math.acos(max(ahead, 0.0) / steerage), track.weave_limit_rad)
+        return Course(course + math.copysign(turn, side), steerage)
+    ahead = max(ahead, steerage)
     sway = math.copysign(min(abs(sway), top), sway)
-    heading = math.atan2(te, tn) + math.atan2(sway, ahead)
+    heading = course + math.atan2(sway, ahead)
     return Course(heading, min(max(math.hypot(ahead, sway), steerage), top))
 
 
