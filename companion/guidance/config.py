@@ -3,22 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
-
-
-class Limits(Protocol):
-    """What the mission allows every vehicle: speeds through water, distance between centres, depth."""
-
-    @property
-    def top_speed_mps(self) -> float: ...
-    @property
-    def steerage_speed_mps(self) -> float: ...
-    @property
-    def safe_distance_m(self) -> float: ...
-    @property
-    def depth_min_m(self) -> float: ...
-    @property
-    def depth_max_m(self) -> float: ...
 
 
 @dataclass(frozen=True, slots=True)

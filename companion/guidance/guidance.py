@@ -11,8 +11,11 @@ import numpy as np
 
 from companion.guidance import steering
 from companion.guidance.barrier import Barrier, Choice, Hazard
-from companion.guidance.config import GuidanceConfig, Limits
+from companion.guidance.config import GuidanceConfig
+from companion.mission import LimitsConfig
 from companion.scene import Decision, OwnPose, Scene, Setpoint
+
+WORLD_M = 1e6  # no place is further off, no speed higher; NaN is not below it either
 
 
 class Mode(Enum):
@@ -40,7 +43,9 @@ class Guidance:
     A pure function of seed and inputs: same seed, same scenes and decisions, same setpoints.
     """
 
-    def __init__(self, limits: Limits, config: GuidanceConfig | None = None, seed: int = 0, vehicle: int = 0) -> None:
+    def __init__(
+        self, limits: LimitsConfig, config: GuidanceConfig | None = None, seed: int = 0, vehicle: int = 0
+    ) -> None:
         self.status = GuidanceStatus(Mode.HOLD, "not started")
         self._limits = limits
         self._config = config or GuidanceConfig()
@@ -55,9 +60,10 @@ class Guidance:
         self._escape_heading = 0.0
 
     def step(self, now: float, scene: Scene, decision: Decision) -> Setpoint:
-        """One tick at `now`, s: heading rad within -pi..pi, depth m within the mission's depth limits, speed through water m/s.
+        """One tick at `now`, s: heading rad within -pi..pi, depth m within the mission's limits, speed through water m/s.
 
-        Speed is between steerage and top speed, or exactly 0 for a hold; `status.reason` names why it holds.
+        Speed is between steerage and top speed, or exactly 0 for a hold; `status.reason` names why it holds. What is
+        out of this world among neighbours and obstacles is left out.
         """
         reason = self._reason_to_hold(now, scene, decision)
         if reason or scene.own is None or decision.target is None:
@@ -82,13 +88,13 @@ class Guidance:
             return "scene is stale"
         if own is None:
             return "own pose is unknown"
-        angles = (own.attitude.roll, own.attitude.pitch, own.attitude.yaw)
-        if not (_finite(own.position, own.velocity, own.current) and all(map(math.isfinite, angles))):
-            return "own pose is not finite"
+        angles = np.array((own.attitude.roll, own.attitude.pitch, own.attitude.yaw))
+        if not _sane(own.position, own.velocity, own.current, angles):
+            return "own pose is out of this world"
         if target is None:
             return decision.reason or "no point to go to"
-        if not _finite(target, decision.target_velocity):
-            return "point is not finite"
+        if not _sane(target, decision.target_velocity):
+            return "point is out of this world"
         return ""
 
     def _hold(self, scene: Scene, reason: str) -> Setpoint:
@@ -119,12 +125,12 @@ class Guidance:
     def _hazards(self, scene: Scene) -> Iterator[Hazard]:
         safe = self._limits.safe_distance_m + self._config.barrier.margin_m
         for other in scene.neighbours:
-            if _finite(other.position, other.velocity):
+            if _sane(other.position, other.velocity):
                 sigma = other.sigma if math.isfinite(other.sigma) else 0.0
                 rate = other.turn_rate if math.isfinite(other.turn_rate) else 0.0
                 yield Hazard(other.position, other.velocity, safe + min(sigma, 1.0), rate)
         for thing in scene.obstacles:
-            if _finite(thing.position, thing.velocity) and math.isfinite(thing.radius):
+            if _sane(thing.position, thing.velocity) and abs(thing.radius) < WORLD_M:
                 clearance = self._config.barrier.obstacle_clearance_m
                 yield Hazard(thing.position, thing.velocity, clearance + max(thing.radius, 0.0))
 
@@ -187,8 +193,9 @@ class _Acceleration:
         return self._value
 
 
-def _finite(*vectors: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-    return all(math.isfinite(value) for vector in vectors for value in vector.tolist())
+# Finite, and nothing that a sea could not hold.
+def _sane(*vectors: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
+    return all(abs(value) < WORLD_M for vector in vectors for value in vector.tolist())
 
 
 def _pair(vector: np.ndarray[tuple[int], np.dtype[np.float64]]) -> steering.Pair:

@@ -123,6 +123,8 @@ def _to_top_speed(pace: float, surge: float, sway: float, top: float) -> Pair:
     if (pace + surge) ** 2 + sway**2 <= top**2:
         return surge, sway
     square = surge**2 + sway**2
+    if square < 1e-12:
+        return 0.0, 0.0
     half = pace * surge
     room = max(top**2 - pace**2, 0.0)
     scale = (math.sqrt(half**2 + square * room) - half) / square

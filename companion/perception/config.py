@@ -11,6 +11,7 @@ class PoseConfig:
 
     fix_limit_s: float = 2.0  # a pose without a fix for longer is no pose
     motion_limit_s: float = 1.0  # nor is one without attitude and speed for longer
+    speed_limit_mps: float = 5.0  # no hull is faster, so a faster log is wrong
     speed_noise: float = 0.05  # velocity error of log and heading, m/s per sqrt(Hz)
     current_noise: float = 0.006  # how fast the current may wander, m/s per sqrt(s)
     current_sigma_mps: float = 0.15  # of the current before the first fix

@@ -37,7 +37,7 @@ class Counters:
     outlier_fixes: int = 0  # too far from where the vehicle can be
     bad_detections: int = 0  # not finite, or beyond the sensor's range
     duplicate_detections: int = 0  # on top of another one, or of the vehicle itself
-    bad_motion: int = 0  # attitude or speed not finite
+    bad_motion: int = 0  # attitude or speed not finite, or no hull's speed
     bad_depth: int = 0
     clock_jumps: int = 0  # backwards; everything starts anew
 
@@ -84,7 +84,7 @@ class Perception:
             return
         attitude = motion.attitude
         values = (motion.stamp, attitude.roll, attitude.pitch, attitude.yaw, motion.speed)
-        if not all(map(math.isfinite, values)):
+        if not all(map(math.isfinite, values)) or abs(motion.speed) > self._config.pose.speed_limit_mps:
             self.counters.bad_motion += 1
             return
         depth = motion.depth if math.isfinite(motion.depth) else None
@@ -118,9 +118,11 @@ class Perception:
             self._tracks.update(now, now - lag, seen_from + self._clean(sighting), math.hypot(sigma, own.sigma))
 
     def _clean(self, sighting: Sighting) -> NDArray[np.float64]:
-        """The detections (N, 3) that can be hulls: finite, within range, no two on one spot."""
+        """The detections (N, 3) that can be hulls: finite, within range but for noise, no two on one spot."""
         relative: NDArray[np.float64] = np.asarray(sighting.relative, dtype=np.float64).reshape(-1, 3)
-        good = np.isfinite(relative).all(axis=1)
+        reach = self._sensing_range + self._config.tracks.gate_floor_m
+        with np.errstate(over="ignore"):
+            good = np.isfinite(relative).all(axis=1) & ((relative * relative).sum(axis=1) <= reach * reach)
         if not good.all():
             relative = relative[good]
         apart = distinct(np.concatenate((np.zeros((1, 3)), relative)), self._config.tracks.duplicate_m)[1:]

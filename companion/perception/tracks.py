@@ -52,7 +52,7 @@ class Tracks:
         self._covariance = np.stack((pp, pv, vv + noise * elapsed), axis=1)
 
     def update(self, now: float, stamp: float, detections: Array, sigma: float) -> None:
-        """Takes one sighting made at `stamp`: detections (N, 3) m in the mission frame, finite, noise sigma m an axis."""
+        """Takes one sighting of `stamp`: detections (N, 3) m in the mission frame, finite, noise sigma m an axis."""
         variance = max(sigma, 1e-3) ** 2
         expected = self._position - self._velocity * (now - stamp)
         rows, columns = self._associate(expected, detections, variance)

@@ -10,23 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.guidance import Guidance, GuidanceConfig, Mode
+from companion.mission import LimitsConfig
 from companion.perception import Motion, Perception
 from companion.scene import Attitude, Decision, Phase, Scene, Sighting
 
 Array = NDArray[np.float64]
 TICK_S = 0.1
 SUBSTEPS = 2
-
-
-@dataclass(frozen=True)
-class Limits:
-    """The demo's limits."""
-
-    top_speed_mps: float = 0.65
-    steerage_speed_mps: float = 0.2
-    safe_distance_m: float = 1.15
-    depth_min_m: float = 0.3
-    depth_max_m: float = 30.0
 
 
 @dataclass(frozen=True)
@@ -97,7 +87,7 @@ class Sea:
         self.heading = np.array(headings, dtype=float)
         self.rate = np.zeros(self.count)
         self.speed = np.zeros(self.count)
-        self.guidance = [Guidance(Limits(), config, seed, i) for i in range(self.count)]
+        self.guidance = [Guidance(LimitsConfig(), config, seed, i) for i in range(self.count)]
         self.perception = [Perception() for _ in range(self.count)]
         self.log_error = self.random.uniform(0.95, 1.05, self.count)
         self.compass_error = np.radians(self.random.uniform(-2.0, 2.0, self.count))
@@ -169,11 +159,3 @@ def scattered(seed: int, count: int, box: float = 24.0, apart: float = 4.0, dept
         if all(float(np.hypot(*(candidate - other)[:2])) >= apart for other in starts):
             starts.append(candidate)
     return np.array(starts), random.uniform(-math.pi, math.pi, count)
-
-
-def triangle(spacing: float = 5.0, depth: float = 2.0) -> Array:
-    """The demo's six points (6, 3) m about the origin."""
-    rows = [(-row * spacing * math.sqrt(0.75), (column - row / 2.0) * spacing) for row in range(3) for column in range(row + 1)]
-    points = np.array([(n, e, depth) for n, e in rows])
-    points[:, :2] -= points[:, :2].mean(axis=0)
-    return points
