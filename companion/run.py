@@ -93,7 +93,7 @@ class _Loop:
         while time.monotonic() < end:
             outputs = self._tick(stop=True)
             report(outputs)
-            if not outputs.status.armed:
+            if self._node.link.disarmed_for_certain:
                 return
             due = self._next(due)
             self._pace(due)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import math
 from dataclasses import dataclass
 from enum import Enum
@@ -59,11 +57,6 @@ class Status:
     events: list[Event]  # of this tick
 
 
-@functools.cache
-def _names(kind: type[Any]) -> tuple[str, ...]:
-    return tuple(item.name for item in dataclasses.fields(kind))
-
-
 def to_json(value: Any) -> Any:
     """A status (or any part of it) as JSON can carry it: enums by value, numbers that are none as null."""
     kind = type(value)
@@ -77,7 +70,7 @@ def to_json(value: Any) -> Any:
         return {str(key): to_json(item) for key, item in value.items()}
     if isinstance(value, Enum):
         return value.value
-    return {name: to_json(getattr(value, name)) for name in _names(kind)}
+    return {name: to_json(getattr(value, name)) for name in kind.__dataclass_fields__}
 
 
 def to_line(status: Status) -> str:

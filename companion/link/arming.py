@@ -32,6 +32,7 @@ class Arming:
 
     def __init__(self, rearm: bool) -> None:
         self.refusal = ""  # the firmware's last reasons, "" once armed
+        self.confirmed = False  # the firmware acknowledged the last command
         self._rearm = rearm
         self._wanted: bool | None = None
         self._next = -math.inf  # no command before
@@ -41,6 +42,11 @@ class Arming:
         self._result = 0  # of a refused command whose reasons are still being gathered
         self._refused_at = -math.inf
         self._reasons: list[str] = []
+
+    @property
+    def disarmed_for_certain(self) -> bool:
+        """Whether the last command was to disarm, and was acknowledged."""
+        return self._wanted is False and self.confirmed
 
     def clock_was_set_back(self, now: float) -> None:
         """Plans anew from `now`."""
@@ -57,7 +63,9 @@ class Arming:
         """Takes a COMMAND_ACK."""
         if fields.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM or self._wanted is None:
             return
-        if fields.result not in (dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_IN_PROGRESS):
+        if fields.result == dialect.MAV_RESULT_ACCEPTED:
+            self.confirmed = True
+        elif fields.result != dialect.MAV_RESULT_IN_PROGRESS:
             self._next = now + _REFUSED_RETRY_S
             self._result, self._refused_at, self._reasons = fields.result, now, []
 
@@ -69,9 +77,11 @@ class Arming:
         events = self._notice(now, wanted, driving) + self._explain(now)
         if wanted is not self._wanted:
             self._wanted, self._attempts, self._next, self.refusal = wanted, 0, -math.inf, ""
+            self.confirmed = False
         if wanted is False:
             self._ended_at = None
-        if wanted is None or (driving if wanted else not telemetry.armed):
+        # A heartbeat may be older than the last command to arm, so disarming counts only once it is acknowledged.
+        if wanted is None or (driving if wanted else self.confirmed and not telemetry.armed):
             self._attempts = 0
             return [], events
         if now < self._next or (wanted and not (ready and self._may_arm(now))):

@@ -98,6 +98,11 @@ class LinkSession:
         """Whether the vehicle is armed, as far as is known."""
         return self.state is not LinkState.DOWN and self.telemetry.armed
 
+    @property
+    def disarmed_for_certain(self) -> bool:
+        """Whether the firmware acknowledged the order to disarm and does not tell otherwise."""
+        return self._arming.disarmed_for_certain and not self.telemetry.armed
+
     def step(
         self,
         now: float,
