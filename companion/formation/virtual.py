@@ -1,8 +1,9 @@
 """Algorithm 2's virtual formation: the points of the formation as they move along the mission's path.
 
-It waits and forms at the path's origin, then travels: it translates along the path and turns with its tangent, starts
-and stops smoothly, and slows down in turns so that its outermost point stays within what a vehicle can follow. The
-whole journey is worked out beforehand in steps shorter than lambda (eqs 9 and 10).
+It waits and forms at the path's origin, then travels: it translates along the path and turns with its tangent, and
+starts and stops smoothly. In a turn it goes as fast as its innermost point needs for a vehicle to keep steerage way,
+and no faster than its outermost point may go. The whole journey is worked out beforehand in steps shorter than lambda
+(eqs 9 and 10).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from companion.scene import Phase
 Array = NDArray[np.float64]
 
 RESERVE = 0.2  # share of the top speed that no point uses, left to a vehicle for closing on its point
+STEERAGE_RESERVE = 0.5  # share of the steerage speed by which every point exceeds it: a current may push from behind
 RAMP_S = 8.0  # time to come from rest to the pace: a hull's own lag several times over
 STEP_SHARE = 0.1  # step of the worked-out journey as a share of lambda
 LEAST_SPEED = 0.05  # of the centre, as a share of the pace, however sharp the turn
@@ -99,10 +101,11 @@ def _track(mission: Mission) -> Track:
     return round_corners(path.corners(), path.turn_radius_m, min(step, 0.1 * path.turn_radius_m), heading)
 
 
-# Speed of the centre at each sample: the pace, less in turns, and no more acceleration than a vehicle can follow.
+# Speed of the centre at each sample: the pace, but what inner and outer points need in turns, reached smoothly.
 def _speed_along(track: Track, body: Array, mission: Mission) -> Array:
     pace = mission.path.pace_mps
     permitted = max(pace, (1.0 - RESERVE) * mission.limits.top_speed_mps)
+    needed = min(pace, (1.0 + STEERAGE_RESERVE) * mission.limits.steerage_speed_mps)
     turned = np.stack((np.cos(track.heading), np.sin(track.heading)), axis=1)
     offset_n = body[:, 0] * turned[:, :1] - body[:, 1] * turned[:, 1:]
     offset_e = body[:, 0] * turned[:, 1:] + body[:, 1] * turned[:, :1]
@@ -110,8 +113,9 @@ def _speed_along(track: Track, body: Array, mission: Mission) -> Array:
     moved = np.stack(
         (track.tangent[:, :1] - swing * offset_e, track.tangent[:, 1:2] + swing * offset_n), axis=2
     )  # of each point for each metre of the centre
-    most = np.sqrt((moved**2).sum(axis=2) + track.tangent[:, 2:] ** 2).max(axis=1)
-    speed = np.clip(permitted / most, LEAST_SPEED * pace, pace)
+    moved = np.sqrt((moved**2).sum(axis=2) + track.tangent[:, 2:] ** 2)
+    least, most = np.maximum(moved.min(axis=1), 1e-6), moved.max(axis=1)
+    speed = np.maximum(np.minimum(np.maximum(pace, needed / least), permitted / most), LEAST_SPEED * pace)
     speed[0] = speed[-1] = 0.0
     steps = 2.0 * pace / RAMP_S * np.diff(track.along)
     squares = (speed**2).tolist()

@@ -86,6 +86,18 @@ def test_it_slows_down_in_a_turn_and_nowhere_else() -> None:
     assert np.median(straight) == pytest.approx(0.3)
 
 
+def test_the_innermost_point_keeps_steerage_way_where_the_turn_allows_it() -> None:
+    wide = mission(6, waypoints_m=((40.0, 0.0), (40.0, 40.0)), pace_mps=0.31, turn_radius_m=20.0)
+    wide = replace(wide, limits=replace(wide.limits, top_speed_mps=0.65))
+    _, _, velocities, _, phases = journey(wide)
+    speeds = np.linalg.norm(velocities, axis=2)
+    ramp = int(9.0 / PERIOD_S)
+    travel = np.flatnonzero([phase is Phase.TRAVEL for phase in phases])[ramp:-ramp]
+    assert speeds[travel].min() > 0.29, "steerage way of 0.2 m/s and half as much again"
+    assert speeds.max() <= 0.8 * 0.65 + 1e-4
+    assert np.abs(np.diff(speeds, axis=0)).max() < 0.2 * PERIOD_S
+
+
 def test_it_dives_along_a_path_in_three_dimensions() -> None:
     _, points, velocities, headings, _ = journey(
         mission(6, waypoints_m=((30.0, 0.0, 8.0), (60.0, 30.0, 4.0)), turn_radius_m=6.0)
