@@ -13,7 +13,7 @@ from sim.history import Event, Snapshot, StatusJson
 from sim.plant import Plant, PlantError
 from sim.scenario import Scenario
 from sim.sighting import SightingSensor
-from sim.world import Water, hull_distances
+from sim.world import Water, hull_axis, hull_distances, pairs
 
 
 class Basin:
@@ -37,8 +37,7 @@ class Basin:
             self.plant.faults(i).companion_bit_noise = config.line.byte_noise
         self._water = Water(scenario.current(), mission.seed)
         self._sensors = [SightingSensor(scenario.sighting(), mission.seed, i) for i in range(mission.vehicles)]
-        self._pairs = np.triu_indices(mission.vehicles, 1)
-        self._separation = np.full(len(self._pairs[0]), np.inf)
+        self._separation = np.full(len(pairs(mission.vehicles)[0]), np.inf)
         self.look(0.0)
 
     def advance(self, until: float) -> None:
@@ -59,34 +58,31 @@ class Basin:
         """Takes the truth of this moment and sets the current that each hull will feel until the next look."""
         states = self.plant.states
         self.now = now
-        self.position, self.travelled = states.position.copy(), states.travelled.copy()
-        self.velocity, self.euler = states.velocity, states.euler
-        self.pulses = states.pulses.copy()
+        self.position, self._axis = states.position.copy(), hull_axis(states.quaternion)
         self.current = self._water.velocity(now, self.position)
         states.current[:] = self.current
 
     def referee(self) -> None:
         """Notes how near hulls have come."""
-        distance = hull_distances(self.position, self.euler)[self._pairs]
-        self._separation = np.minimum(self._separation, distance)
+        self._separation = np.minimum(self._separation, hull_distances(self.position, self._axis))
 
     def sight(self, vehicle: int) -> Sighting:
         """What the neighbour sensor of a vehicle (index) reads at this look."""
         return self._sensors[vehicle].read(self.now, self.position)
 
     def snapshot(self, statuses: Sequence[StatusJson | None], events: Sequence[Event]) -> Snapshot:
-        """Everything at this look, and the least separations since the last snapshot."""
-        state = self.formation.at(self.now)
+        """Everything at this look, before the fleet is advanced, and the least separations since the last snapshot."""
+        state, states = self.formation.at(self.now), self.plant.states
         separation, self._separation = self._separation, np.full_like(self._separation, np.inf)
         return Snapshot(
             now=self.now,
             phase=state.phase,
             position=self.position,
-            velocity=self.velocity,
-            euler=self.euler,
+            velocity=states.velocity,
+            euler=states.euler,
             current=self.current,
-            travelled=self.travelled,
-            pulses=self.pulses,
+            travelled=states.travelled.copy(),
+            pulses=states.pulses.copy(),
             separation=separation,
             points=state.points,
             heading=state.heading,

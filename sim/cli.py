@@ -137,10 +137,10 @@ def _report(scenario: Scenario, mcu: str, outcome: Outcome, folder: Path) -> tup
 
     grade = outcome.grade(scenario)
     duration = float(outcome.history.time[-1])
-    summary = summarise(scenario, mcu, grade, duration, outcome.effort.total_s, ROOT)
+    summary = summarise(scenario, mcu, grade, duration, outcome.effort.wall_s, ROOT)
     summary.write(folder / "summary.json")
     report = write_report(folder, scenario, outcome.history, grade, summary)
-    print(f"{scenario.config.title}\n{duration:.0f} s in {outcome.effort.total_s:.1f} s, "
+    print(f"{scenario.config.title}\n{duration:.0f} s in {outcome.effort.wall_s:.1f} s, "
           f"{summary.realtime_factor:.1f} times real time, {mcu}, seed {summary.seed}")  # fmt: skip
     for verdict in grade.verdicts:
         sign = "ok  " if verdict.holds else "MISS"

@@ -39,7 +39,7 @@ class Snapshot:
 
     Mission frame, m, m/s, rad: position, velocity over ground, Euler angles and current (N, 3), points (L, 3);
     travelled (N,) m over ground; pulses (N, 3) us of bow, stern and motor; separation (P,) least distance m between
-    hulls since the last snapshot, pairs as in numpy.triu_indices(N, 1); statuses (N) of the companions as
+    hulls since the last snapshot, pairs as in sim.world.pairs; statuses (N) of the companions as
     companion.status.to_json gives them, None before the first tick.
     """
 

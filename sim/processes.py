@@ -186,7 +186,7 @@ def _swim(
             for watcher in watchers:
                 watcher.observe(snapshots[-1])
         basin.advance(now + SYNC_S)
-    effort.total_s = time.monotonic() - zero
+    effort.wall_s = time.monotonic() - zero
     return snapshots, effort
 
 

@@ -11,6 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from companion.events import Severity
 from sim.history import Array, Event, Snapshot
+from sim.world import pairs
 
 MAP_FRAME, MISSION_FRAME = "map", "mission_ned"
 _NANOSECONDS = 1_000_000_000
@@ -134,7 +135,7 @@ class Recorder:
 def nearest_hulls(separation: Array, count: int) -> Array:
     """Least distance (N,) m of each hull to another from those of all pairs (P,); inf for a lone vehicle."""
     square = np.full((count, count), np.inf)
-    first, second = np.triu_indices(count, 1)
+    first, second = pairs(count)
     square[first, second] = square[second, first] = separation
     return np.asarray(square.min(axis=1))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,42 +61,53 @@ class Water:
         return out
 
 
-def heading_axis(euler: Array) -> Array:
-    """Unit vectors (N, 3) along the hulls, from Euler angles (N, 3) roll, pitch, yaw in radians."""
-    pitch, yaw = euler[:, 1], euler[:, 2]
-    return np.stack([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)], axis=1)
+def hull_axis(quaternion: Array) -> Array:
+    """Unit vectors (N, 3) along the hulls, from quaternions (N, 4) body to mission, scalar first."""
+    w, x, y, z = quaternion.T
+    return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=1)
 
 
-def hull_distances(position: Array, euler: Array) -> Array:
-    """Distance (N, N) m between the surfaces of hulls, as capsules in their true attitude; inf on the diagonal.
-
-    Negative where hulls overlap. Position (N, 3) m is the middle of the hull.
-    """
-    count = len(position)
-    out = np.full((count, count), np.inf)
+@cache
+def pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Indices (P,) of both vehicles of every pair, in the order of numpy.triu_indices(count, 1)."""
     first, second = np.triu_indices(count, 1)
-    if len(first):
-        half = (HULL_LENGTH_M - HULL_DIAMETER_M) / 2.0 * heading_axis(euler)
-        distance = _segment_distance(position[first], half[first], position[second], half[second]) - HULL_DIAMETER_M
-        out[first, second] = out[second, first] = distance
-    return out
+    return first, second
+
+
+def hull_distances(position: Array, axis: Array) -> Array:
+    """Distance (P,) m between the surfaces of the hulls of every pair, as capsules in their true attitude.
+
+    Negative where hulls overlap. Position (N, 3) m is the middle of the hull, axis (N, 3) the unit vector along it.
+    """
+    first, second = pairs(len(position))
+    if not len(first):
+        return np.zeros(0)
+    half = (HULL_LENGTH_M - HULL_DIAMETER_M) / 2.0 * axis
+    return _segment_distance(position[first], half[first], position[second], half[second]) - HULL_DIAMETER_M
 
 
 def _segment_distance(centre_a: Array, half_a: Array, centre_b: Array, half_b: Array) -> Array:
     """Least distances (P,) of segments centre +- half (P, 3): the interior solution where it exists, else an end's."""
     apart = centre_b - centre_a
-    aa, bb, ab = (np.sum(u * v, axis=1) for u, v in ((half_a, half_a), (half_b, half_b), (half_a, half_b)))
-    da, db = np.sum(half_a * apart, axis=1), np.sum(half_b * apart, axis=1)
+    aa, bb, ab = _dot(half_a, half_a), _dot(half_b, half_b), _dot(half_a, half_b)
+    da, db = _dot(half_a, apart), _dot(half_b, apart)
     determinant = aa * bb - ab * ab
     crossing = determinant > 1e-12
     divisor = np.where(crossing, determinant, 1.0)
     s = (da * bb - db * ab) / divisor
     t = (da * ab - db * aa) / divisor
     inside = crossing & (np.abs(s) <= 1.0) & (np.abs(t) <= 1.0)
-    candidates = [np.where(inside, np.linalg.norm(apart + t[:, None] * half_b - s[:, None] * half_a, axis=1), np.inf)]
+    between = apart + t[:, None] * half_b - s[:, None] * half_a
+    least = np.where(inside, _dot(between, between), np.inf)
     for end in (-1.0, 1.0):
-        t = np.clip((end * ab - db) / bb, -1.0, 1.0)
-        candidates.append(np.linalg.norm(apart + t[:, None] * half_b - end * half_a, axis=1))
-        s = np.clip((end * ab + da) / aa, -1.0, 1.0)
-        candidates.append(np.linalg.norm(apart + end * half_b - s[:, None] * half_a, axis=1))
-    return np.asarray(np.min(np.stack(candidates), axis=0))
+        t = np.minimum(np.maximum((end * ab - db) / bb, -1.0), 1.0)
+        between = apart + t[:, None] * half_b - end * half_a
+        least = np.minimum(least, _dot(between, between))
+        s = np.minimum(np.maximum((end * ab + da) / aa, -1.0), 1.0)
+        between = apart + end * half_b - s[:, None] * half_a
+        least = np.minimum(least, _dot(between, between))
+    return np.asarray(np.sqrt(least))
+
+
+def _dot(u: Array, v: Array) -> Array:
+    return np.asarray(np.einsum("ij,ij->i", u, v))

@@ -14,7 +14,7 @@ from companion.scene import Phase
 from sim.grade import steady_travel
 from sim.history import Array, History
 from sim.scenario import Scenario
-from sim.world import HULL_LENGTH_M
+from sim.world import HULL_LENGTH_M, pairs
 
 # Okabe and Ito's colours, in an order that stays apart on white; vehicles carry their number as well.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#5b4bb0", "#4c5b63")
@@ -137,7 +137,7 @@ def separations(figure: Figure, history: History, scenario: Scenario) -> None:
     axes = figure.add_subplot()
     count = history.position.shape[1]
     if history.separation.size:
-        first, second = np.triu_indices(count, 1)
+        first, second = pairs(count)
         for i in range(count):
             mine = history.separation[:, (first == i) | (second == i)].min(axis=1)
             axes.plot(history.time, mine, color=colour(i), linewidth=0.7, alpha=0.7)

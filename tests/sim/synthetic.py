@@ -43,7 +43,6 @@ def fleet_swims(
 ) -> list[Snapshot]:
     offset = np.zeros((3, 3)) if offset is None else offset
     start = POINTS[list(order)] - [away, 0.0, 0.0]
-    upper = np.triu_indices(3, 1)
     travelled = np.zeros(3)
     before = start
     snapshots = []
@@ -65,7 +64,7 @@ def fleet_swims(
                 current=np.zeros((3, 3)),
                 travelled=travelled,
                 pulses=np.full((3, 3), 1500.0),
-                separation=hull_distances(position, np.zeros((3, 3)))[upper],
+                separation=hull_distances(position, np.tile([1.0, 0.0, 0.0], (3, 1))),
                 points=points,
                 heading=0.0,
                 statuses=tuple(status(i + 1, order[i] if now >= START_S else None) for i in range(3)),

@@ -4,8 +4,22 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
-from sim.world import HULL_DIAMETER_M, HULL_LENGTH_M, Current, Water, heading_axis, hull_distances
+from sim.world import HULL_DIAMETER_M, HULL_LENGTH_M, Current, Water, hull_axis, hull_distances
+
+
+# Quaternions of hulls with the given roll, pitch and yaw, by products of rotations about one axis each.
+def quaternions(*eulers: tuple[float, ...]) -> NDArray[np.float64]:
+    def times(p: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
+        vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
+        return np.array([p[0] * q[0] - p[1:] @ q[1:], *vector])
+
+    def about(axis: int, angle: float) -> NDArray[np.float64]:
+        return np.array([np.cos(angle / 2), *(np.sin(angle / 2) * np.eye(3)[axis])])
+
+    return np.stack([times(times(about(2, yaw), about(1, pitch)), about(0, roll)) for roll, pitch, yaw in eulers])
+
 
 ANGLE = st.floats(-3.1, 3.1)
 PLACE = st.floats(-2.0, 2.0)
@@ -24,10 +38,9 @@ PLACE = st.floats(-2.0, 2.0)
 )
 def test_distance_of_two_hulls_by_hand(euler: tuple[float, ...], offset: tuple[float, ...], expected: float) -> None:
     position = np.array([(0, 0, 0), offset], dtype=float)
-    distance = hull_distances(position, np.array([(0, 0, 0), euler], dtype=float))
-    assert distance[0, 1] == pytest.approx(expected, abs=1e-9)
-    assert distance[1, 0] == distance[0, 1]
-    assert np.isinf(distance[0, 0])
+    axis = hull_axis(quaternions((0, 0, 0), euler))
+    assert hull_distances(position, axis) == pytest.approx([expected], abs=1e-9)
+    assert hull_distances(position[::-1], axis[::-1]) == pytest.approx([expected], abs=1e-9)
 
 
 @given(st.tuples(PLACE, PLACE, PLACE), st.tuples(ANGLE, ANGLE, ANGLE), st.tuples(ANGLE, ANGLE, ANGLE))
@@ -35,18 +48,18 @@ def test_distance_equals_that_of_densely_sampled_axes(
     offset: tuple[float, ...], first: tuple[float, ...], second: tuple[float, ...]
 ) -> None:
     position = np.array([(0, 0, 0), offset], dtype=float)
-    euler = np.array([first, second], dtype=float)
+    axis = hull_axis(quaternions(first, second))
+    assert np.linalg.norm(axis, axis=1) == pytest.approx([1.0, 1.0])
     along = np.linspace(-1, 1, 201)[:, None] * (HULL_LENGTH_M - HULL_DIAMETER_M) / 2
-    axis = heading_axis(euler)
     a, b = along * axis[0], position[1] + along * axis[1]
     sampled = np.min(np.linalg.norm(a[:, None] - b[None], axis=2)) - HULL_DIAMETER_M
-    exact = hull_distances(position, euler)[0, 1]
+    exact = hull_distances(position, axis)[0]
     assert exact <= sampled + 1e-9
     assert sampled - exact < 0.005
 
 
 def test_one_vehicle_has_no_distance() -> None:
-    assert np.all(np.isinf(hull_distances(np.zeros((1, 3)), np.zeros((1, 3)))))
+    assert hull_distances(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]])).shape == (0,)
 
 
 def test_current_is_uniform_sheared_and_turbulent_as_stated() -> None:
