@@ -120,7 +120,7 @@ class Node:
         setpoint = self._hold() if reason else self._follow(wanted)
         command = LinkCommand(setpoint, self._arm(now, scene, inputs.stop))
         output = self._guard(now, "link", lambda: self.link.step(now, (), command, inputs.bus), LinkOutput())
-        self._travel(scene)
+        self._guard(now, "odometer", lambda: self._travel(scene), None)
         status = self._status(now, scene, decision, setpoint, reason, output, inputs)
         return Outputs(output.messages, status)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import FrameType
@@ -14,18 +16,20 @@ from typing import TextIO
 
 from companion.clock import MissionClock
 from companion.config.vehicle import VehicleConfig
-from companion.events import Event
+from companion.events import Event, Severity
 from companion.link.bus import Bus
 from companion.link.notifier import BufferedReader, Notifier
 from companion.link.serial_bus import SerialBus
 from companion.mission import DECISION_PERIOD_S, Mission
-from companion.node import Inputs, Node, Outputs
+from companion.node import Inputs, Node
 from companion.sightings import SightingSource
 from companion.status import Status, to_json, to_line
 
 _FAREWELL_S = 3.0  # at most, to bring the vehicle to neutral and disarmed
 _STATUS_S = 1.0
 _LATE_S = 0.05
+_REPEAT_S = 10.0  # before the same thing is told again
+_MOST_TOLD = 100
 
 
 @dataclass(slots=True)
@@ -34,6 +38,7 @@ class LoopCounters:
 
     ticks: int = 0
     late: int = 0  # ticks that began more than half a period late
+    failed: int = 0  # ticks that ended in an exception
     worst_s: float = 0.0  # longest tick
 
 
@@ -54,10 +59,10 @@ def run(vehicle: VehicleConfig, mission: Mission, *, json_lines: bool, out: Text
         notifier = Notifier(bus, [reader])
         loop = _Loop(Node(vehicle, mission), bus, reader, source, clock)
         try:
-            loop.run(stopping.is_set, lambda outputs: report(outputs.status, out))
-            loop.say_farewell(lambda outputs: report(outputs.status, out))
-        except BrokenPipeError:
-            loop.say_farewell(lambda outputs: None)
+            loop.run(stopping.is_set, lambda status: report(status, out))
+            loop.say_farewell(lambda status: report(status, out))
+        except BrokenPipeError:  # nobody listens any more, so nobody is in charge
+            loop.say_farewell(lambda status: None)
         finally:
             notifier.stop()
             source.close()
@@ -76,38 +81,65 @@ class _Loop:
         self._reader = reader
         self._source = source
         self._clock = clock
+        self._told: dict[str, float] = {}
 
-    def run(self, stopping: Callable[[], bool], report: Callable[[Outputs], None]) -> None:
+    def run(self, stopping: Callable[[], bool], report: Callable[[Status], None]) -> None:
         """Ticks until told to stop."""
         due = time.monotonic()
         while not stopping():
             self._pace(due)
-            report(self._tick(stop=False))
+            self._tick(report, stop=False)
             due = self._next(due)
 
-    # Neutral and disarmed, or as much of it as the line carries in the time there is.
-    def say_farewell(self, report: Callable[[Outputs], None]) -> None:
-        """Ticks with the order to stop until the firmware says that it is disarmed."""
+    def say_farewell(self, report: Callable[[Status], None]) -> None:
+        """Neutral and disarmed: ticks with the order to stop until the firmware acknowledged it, or for 3 s."""
         due = time.monotonic()
         end = due + _FAREWELL_S
-        while time.monotonic() < end:
-            outputs = self._tick(stop=True)
-            report(outputs)
-            if self._node.link.disarmed_for_certain:
-                return
-            due = self._next(due)
+        while time.monotonic() < end and not self._node.link.disarmed_for_certain:
             self._pace(due)
+            self._tick(report, stop=True)
+            due = self._next(due)
 
-    def _tick(self, *, stop: bool) -> Outputs:
-        begun = time.monotonic()
-        sighting = self._source.take()
-        inputs = Inputs(self._reader.take(), sighting, self._bus.report(), stop)
-        outputs = self._node.step(self._clock(), inputs)
-        for message in outputs.messages:
-            self._bus.send(message)
+    # A tick that fails in spite of the node's own rules sends nothing; if it persists the firmware's timeouts act.
+    def _tick(self, report: Callable[[Status], None], *, stop: bool) -> None:
+        begun, now = time.monotonic(), self._clock()
         self.counters.ticks += 1
+        try:
+            sighting = self._source.take()
+            inputs = Inputs(self._reader.take(), sighting, self._bus.report(), stop)
+            outputs = self._node.step(now, inputs)
+            for message in outputs.messages:
+                self._bus.send(message)
+        except Exception:
+            self.counters.failed += 1
+            if self._news(traceback.format_exc(limit=-1), now):
+                traceback.print_exc()
+            return
         self.counters.worst_s = max(self.counters.worst_s, time.monotonic() - begun)
-        return outputs
+        outputs.status.events += self._events(now)
+        report(outputs.status)
+
+    # What the shell itself noticed, each thing at most once in ten seconds.
+    def _events(self, now: float) -> list[Event]:
+        found = [("sightings", self._source.cause)] if self._source.cause else []
+        if self._source.refused:
+            found.append(("sightings", f"a line was no sighting: {self._source.last_refusal}"))
+        if self.counters.late:
+            found.append(("loop", f"{self.counters.late} late ticks, the longest took {self.counters.worst_s:.2f} s"))
+        self._source.refused = 0
+        return [
+            Event(now, Severity.WARNING, part, text)
+            for part, text in found
+            if self._news(part if part == "loop" else text, now)
+        ]
+
+    def _news(self, text: str, now: float) -> bool:
+        if now - self._told.get(text, -math.inf) < _REPEAT_S:
+            return False
+        if len(self._told) > _MOST_TOLD:
+            self._told.clear()
+        self._told[text] = now
+        return True
 
     def _pace(self, due: float) -> None:
         if (wait := due - time.monotonic()) > 0:

@@ -132,7 +132,7 @@ class SightingSource:
                 connecting.connect((host, int(port)))
         except OSError as error:
             connecting.close()
-            self.cause = f"sightings from {self.where}: {error.strerror or error}"
+            self.cause = f"{self.where}: {error.strerror or error}"
             return
         connecting.setblocking(False)
         self._socket, self.cause = connecting, ""
@@ -147,9 +147,9 @@ class SightingSource:
                 break
             except OSError as error:
                 chunk = b""
-                self.cause = f"sightings from {self.where}: {error.strerror or error}"
+                self.cause = f"{self.where}: {error.strerror or error}"
             if not chunk:
-                self.cause = self.cause or f"sightings from {self.where}: closed by the other side"
+                self.cause = self.cause or f"{self.where}: closed by the other side"
                 with contextlib.suppress(OSError):
                     self._socket.close()
                 self._socket = None

@@ -42,7 +42,6 @@ class SightingsConfig:
 
     unix: Path | None = option("Path of a Unix socket to connect to", default=None)
     tcp: str | None = option("HOST:PORT to connect to instead", default=None, pattern=r"[^:\s]+:\d{1,5}")
-    stale_s: float = option("Age from which a sighting is no longer used", default=1.0, low=0.1, high=60.0, unit="s")
 
     def problems(self) -> Iterator[Problem]:
         """The checks between settings."""
