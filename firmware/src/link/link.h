@@ -35,7 +35,7 @@ class Link {
   Telemetry telemetry_;
   Notices notices_;
   Commands commands_;
-  uint8_t bytes_[32];
+  uint8_t bytes_[32] = {};
   uint8_t count_ = 0;
   uint8_t taken_ = 0;
   bool handled_ = false;   // a frame, in this tick

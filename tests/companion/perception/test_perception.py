@@ -71,6 +71,7 @@ def test_after_half_a_minute_it_knows_where_it_is_and_how_the_water_runs() -> No
     assert np.sqrt(np.mean(np.square(errors))) < 0.4 * SIGMA
     assert np.sqrt(np.mean(np.square(currents))) < 0.02
     assert np.sqrt(np.mean(np.square(speeds))) < 0.02
+    assert scene.own is not None
     assert scene.own.sigma == pytest.approx(np.sqrt(np.mean(np.square(errors))), rel=0.5)
 
 
