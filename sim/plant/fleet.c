@@ -180,7 +180,7 @@ void plant_destroy(plant *p) {
   free(p);
 }
 
-int plant_run_until(plant *p, uint64_t time_us) {
+void plant_start(plant *p, uint64_t time_us) {
   const uint64_t whole = time_us - time_us % p->step_us;
   if (whole > p->time_us) p->time_us = whole;
   atomic_store(&p->next, 0);
@@ -189,6 +189,9 @@ int plant_run_until(plant *p, uint64_t time_us) {
   p->turn++;
   pthread_cond_broadcast(&p->begin);
   pthread_mutex_unlock(&p->mutex);
+}
+
+int plant_finish(plant *p) {
   run_members(p);
   pthread_mutex_lock(&p->mutex);
   while (p->busy > 0) pthread_cond_wait(&p->end, &p->mutex);

@@ -184,7 +184,16 @@ class Plant:
 
         A failed vehicle stays where it is, and the others have run on, when the error is raised.
         """
-        failed = self._lib.plant_run_until(self._plant, round(seconds * 1e6))
+        self.start(seconds)
+        self.finish()
+
+    def start(self, seconds: float) -> None:
+        """Lets the other threads begin a run; until `finish`, states and lines must be left alone."""
+        self._lib.plant_start(self._plant, round(seconds * 1e6))
+
+    def finish(self) -> None:
+        """Helps the run that was started to its end. Raises PlantError as `run_until` does."""
+        failed = self._lib.plant_finish(self._plant)
         if failed:
             raise PlantError(f"vehicle {failed}: {self.failure(failed - 1)}")
 

@@ -38,9 +38,12 @@ uint64_t plant_layout(void);
 plant *plant_create(const plant_config *config, const hull_state *starts, char *error, size_t error_size);
 void plant_destroy(plant *p);
 
-/* Runs every vehicle until the absolute time, rounded down to a whole step; 0, or the 1-based number of the first
- * vehicle that has failed. A failed vehicle stays where it is, the others run on. */
-int plant_run_until(plant *p, uint64_t time_us);
+/* Sends the other threads to run every vehicle until the absolute time, rounded down to a whole step, and returns at
+ * once. Until plant_finish nothing else may be asked of the plant. */
+void plant_start(plant *p, uint64_t time_us);
+/* Helps them to the end; 0, or the 1-based number of the first vehicle that has failed. A failed vehicle stays where it
+ * is, the others run on. */
+int plant_finish(plant *p);
 uint64_t plant_time_us(const plant *p);
 /* Why a vehicle failed; empty while it runs. Vehicles count from 0 here and below. */
 const char *plant_failure(const plant *p, int vehicle);
