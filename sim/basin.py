@@ -42,8 +42,17 @@ class Basin:
 
     def advance(self, until: float) -> None:
         """Runs the fleet; a vehicle whose firmware fails stays where it is, and why goes into `failures`."""
+        self.start(until)
+        self.finish()
+
+    def start(self, until: float) -> None:
+        """Lets the fleet begin to run on threads of its own; until `finish` only the last look may be asked."""
+        self.plant.start(until)
+
+    def finish(self) -> None:
+        """Waits for the fleet, and helps it."""
         try:
-            self.plant.run_until(until)
+            self.plant.finish()
         except PlantError:
             causes = {i + 1: self.plant.failure(i) for i in range(self.plant.vehicles)}
             self.failures = {vehicle: cause for vehicle, cause in causes.items() if cause}

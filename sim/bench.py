@@ -44,12 +44,12 @@ def bench(seconds: float, threads: int, root: Path) -> int:
     return 0 if good else 1
 
 
-# Where the time went. The plant works on its threads beside the one thread of companions and world.
+# Where the time went. The plant works on all threads, companions and world on one of them.
 def _limits(scenario: Scenario, effort: Effort, threads: int) -> str:
     end = scenario.end_s()
     ticks = end * scenario.mission.vehicles / DECISION_PERIOD_S
     beside = effort.companions_s + effort.world_s + effort.observers_s
-    limit = "plant" if effort.plant_s / threads > beside else "thread of companions and world"
+    limit = "plant" if effort.plant_s + beside > threads * beside else "thread of companions and world"
     return (
         f"processor time a simulated second: plant {1e3 * effort.plant_s / end:.0f} ms, companions "
         f"{1e3 * effort.companions_s / end:.0f} ms ({1e6 * effort.companions_s / ticks:.0f} us a tick), world "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +36,8 @@ class Observer(Protocol):
 class Effort:
     """What a run cost: processor seconds of each part, and seconds of wall time without waits for viewers.
 
-    Companions, world and observers share one thread; the plant works beside them on its own.
+    Companions, world and observers share one thread; the plant works beside them, and on that thread too once they are
+    done.
     """
 
     plant_s: float = 0.0
@@ -110,36 +110,36 @@ def run(
     effort = Effort()
     begun, waited = time.perf_counter(), 0.0
     all_threads, this_thread = time.process_time(), time.thread_time()
-    with ThreadPoolExecutor(1, "plant") as plant:
-        for sync in range(round(basin.end_s / SYNC_S) + 1):
-            now = sync * SYNC_S
-            before = time.perf_counter()
-            pace(now)
-            waited += time.perf_counter() - before
-            with effort.spent("world_s"):
-                basin.look(now)
-                due = [i for i in range(len(companions)) if (sync - i) % SYNCS_A_TICK == 0]
-                received = {i: basin.plant.uart_read(i) for i in due}
-                sightings = {i: basin.sight(i) for i in due}
-            if sync % SYNCS_A_SAMPLE == 0:
-                snapshots.append(basin.snapshot([c.status for c in companions], events))
-                events = []
-            # The plant goes on to the next sync while the companions think: their answers leave no earlier than that.
-            running = plant.submit(basin.advance, now + SYNC_S)
-            with effort.spent("world_s"):
-                basin.referee()
-            with effort.spent("companions_s"):
-                sent = {i: companions[i].tick(now, received[i], sightings[i]) for i in due}
-                events += [event for i in due for event in events_of(companions[i].status or {})]
-            if sync % SYNCS_A_SAMPLE == 0:
-                with effort.spent("observers_s"):
-                    for watcher in watchers:
-                        watcher.observe(snapshots[-1])
-            running.result()
-            events += [Event(now, i, f"firmware failed: {why}", Severity.ERROR) for i, why in basin.new_failures()]
-            for i, data in sent.items():
-                if data:
-                    basin.plant.uart_write(i, data, at=now + scenario.config.line.compute_latency_s)
+    for sync in range(round(basin.end_s / SYNC_S) + 1):
+        now = sync * SYNC_S
+        before = time.perf_counter()
+        pace(now)
+        waited += time.perf_counter() - before
+        with effort.spent("world_s"):
+            basin.look(now)
+            due = [i for i in range(len(companions)) if (sync - i) % SYNCS_A_TICK == 0]
+            received = {i: basin.plant.uart_read(i) for i in due}
+            sightings = {i: basin.sight(i) for i in due}
+        if sync % SYNCS_A_SAMPLE == 0:
+            snapshots.append(basin.snapshot([c.status for c in companions], events))
+            events = []
+        # The plant goes on to the next sync while the companions think: their answers leave no earlier than that.
+        basin.start(now + SYNC_S)
+        with effort.spent("world_s"):
+            basin.referee()
+        with effort.spent("companions_s"):
+            sent = {i: companions[i].tick(now, received[i], sightings[i]) for i in due}
+            events += [event for i in due for event in events_of(companions[i].status or {})]
+        if sync % SYNCS_A_SAMPLE == 0:
+            with effort.spent("observers_s"):
+                for watcher in watchers:
+                    watcher.observe(snapshots[-1])
+        with effort.spent("plant_s"):
+            basin.finish()
+        events += [Event(now, i, f"firmware failed: {why}", Severity.ERROR) for i, why in basin.new_failures()]
+        for i, data in sent.items():
+            if data:
+                basin.plant.uart_write(i, data, at=now + scenario.config.line.compute_latency_s)
     effort.wall_s = time.perf_counter() - begun - waited
-    effort.plant_s = time.process_time() - all_threads - (time.thread_time() - this_thread)
+    effort.plant_s += time.process_time() - all_threads - (time.thread_time() - this_thread)
     return Outcome(stack(snapshots), basin.failures, effort)
