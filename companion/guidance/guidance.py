@@ -60,10 +60,10 @@ class Guidance:
         self._escape_heading = 0.0
 
     def step(self, now: float, scene: Scene, decision: Decision) -> Setpoint:
-        """One tick at `now`, s: heading rad within -pi..pi, depth m within the mission's limits, speed through water m/s.
+        """One tick at `now`, s: heading rad within -pi..pi, depth m, speed through water m/s.
 
-        Speed is between steerage and top speed, or exactly 0 for a hold; `status.reason` names why it holds. What is
-        out of this world among neighbours and obstacles is left out.
+        Depth is within the mission's limits. Speed is between steerage and top speed, or exactly 0 for a hold;
+        `status.reason` names why it holds. Neighbours and obstacles that are out of this world are left out.
         """
         reason = self._reason_to_hold(now, scene, decision)
         if reason or scene.own is None or decision.target is None:
