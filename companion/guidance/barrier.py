@@ -97,7 +97,7 @@ class Barrier:
         )
 
     def _look_ahead(self, own: OwnPose, near: list[Hazard], relief: float) -> _Sea:
-        """Where the hazards will be, as the water under us sees them, and how far off they must stay, less `relief` m."""
+        """Where the hazards will be, as the water under us sees them, and the distance they need, less `relief` m."""
         relative = np.array([hazard.position for hazard in near]) - own.position
         velocity = np.array([hazard.velocity for hazard in near])[:, :2]
         rate = np.array([hazard.turn_rate for hazard in near])
