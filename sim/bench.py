@@ -14,6 +14,7 @@ from sim.scenario import Scenario, load_scenario
 from sim.summary import firmware_size
 
 SCENARIO = "demo"
+FIRMWARE_TICK_S = 0.01
 NEEDED = {"avr": 2.0, "native": 10.0}  # times real time, six vehicles with their companions
 
 
@@ -27,14 +28,20 @@ def bench(seconds: float, threads: int, root: Path) -> int:
     good = True
     for make, needed in NEEDED.items():
         try:
-            effort = run(cut, make, threads=threads).effort
+            outcome = run(cut, make, threads=threads)
         except PlantError as error:
             print(f"shoal-sim: {error}", file=sys.stderr)
             good = False
             continue
+        effort, ticks = outcome.effort, outcome.ticks
         factor = cut.end_s() / effort.wall_s
         good &= factor >= needed
         print(f"{make:7} {factor:5.1f} x real time (needed {needed:g}); {_limits(cut, effort, threads)}")
+        if make == "avr" and ticks is not None:
+            share = 100.0 * ticks.worst_s / FIRMWARE_TICK_S
+            print(
+                f"firmware: longest tick {1e3 * ticks.worst_s:.2f} ms ({share:.0f} % of a tick), {ticks.missed} missed"
+            )
     size = firmware_size(root)
     if size:
         print(

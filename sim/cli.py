@@ -137,7 +137,7 @@ def _report(scenario: Scenario, mcu: str, outcome: Outcome, folder: Path) -> tup
 
     grade = outcome.grade(scenario)
     duration = float(outcome.history.time[-1])
-    summary = summarise(scenario, mcu, grade, duration, outcome.effort.wall_s, ROOT)
+    summary = summarise(scenario, mcu, outcome, grade, ROOT)
     summary.write(folder / "summary.json")
     report = write_report(folder, scenario, outcome.history, grade, summary)
     print(f"{scenario.config.title}\n{duration:.0f} s in {outcome.effort.wall_s:.1f} s, "

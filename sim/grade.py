@@ -25,6 +25,14 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
+class Ticks:
+    """How the firmware of a fleet kept its time: its longest tick, s, and how many ticks were missed."""
+
+    worst_s: float
+    missed: int
+
+
+@dataclass(frozen=True, slots=True)
 class Grade:
     """Figures of a run; None where the run never came to what a figure measures.
 
@@ -53,11 +61,16 @@ class Grade:
 
 
 def grade(
-    history: History, criteria: CriteriaConfig, start_s: float, failures: Mapping[int, str] | None = None
+    history: History,
+    criteria: CriteriaConfig,
+    start_s: float,
+    failures: Mapping[int, str] | None = None,
+    ticks: Ticks | None = None,
 ) -> Grade:
     """Figures and verdicts of a history; `start_s` is the start of forming by the mission's clock.
 
-    `failures` tells why firmware or companion of a vehicle (number) ended before the run did; any is a miss.
+    `failures` tells why firmware or companion of a vehicle (number) ended before the run did; any is a miss, and so is
+    a tick that the firmware missed.
     """
     matched = match_points(history)
     steady = steady_travel(history, criteria.settling_s)
@@ -92,6 +105,9 @@ def grade(
     if failures:
         text = "; ".join(f"vehicle {vehicle}: {cause}" for vehicle, cause in sorted(failures.items()))
         verdicts.append(Verdict("programs", text, "all run to the end", False))
+    if ticks is not None:
+        measured = f"{ticks.missed} missed, the longest {1e3 * ticks.worst_s:.1f} ms"
+        verdicts.append(Verdict("firmware ticks", measured, "none missed", ticks.missed == 0))
     best = matched[steady]
     return Grade(
         points_filled=filled,

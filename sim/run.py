@@ -17,7 +17,7 @@ from companion.node import Inputs, Node
 from companion.scene import Sighting
 from companion.status import to_json
 from sim.basin import Basin
-from sim.grade import Grade, grade
+from sim.grade import Grade, Ticks, grade
 from sim.history import SAMPLE_PERIOD_S, Event, History, Snapshot, StatusJson, events_of, stack
 from sim.scenario import SYNC_S, Scenario
 
@@ -56,15 +56,17 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a run leaves behind; `failures` tells why a vehicle's (number) firmware stopped."""
+    """What a run leaves behind; `failures` tells by vehicle number why firmware stopped, `ticks` how it kept time."""
 
     history: History
     failures: dict[int, str]
     effort: Effort
+    ticks: Ticks | None = None
 
     def grade(self, scenario: Scenario) -> Grade:
         """Figures and verdicts of this run by the scenario's own criteria."""
-        return grade(self.history, scenario.config.criteria, scenario.mission.schedule.start_s, self.failures)
+        start_s = scenario.mission.schedule.start_s
+        return grade(self.history, scenario.config.criteria, start_s, self.failures, self.ticks)
 
 
 class Companion:
@@ -90,6 +92,11 @@ class Companion:
             self.bus.send(message)
         self.status = to_json(outputs.status)
         return self.bus.take()
+
+    def ticks(self) -> Ticks:
+        """How this vehicle's firmware has kept its time, by its own account."""
+        values = self.node.link.telemetry.values
+        return Ticks(values.get("tick_worst", 0.0) * 1e-6, round(values.get("tick_miss", 0.0)))
 
 
 def run(
@@ -142,4 +149,6 @@ def run(
                 basin.plant.uart_write(i, data, at=now + scenario.config.line.compute_latency_s)
     effort.wall_s = time.perf_counter() - begun - waited
     effort.plant_s += time.process_time() - all_threads - (time.thread_time() - this_thread)
-    return Outcome(stack(snapshots), basin.failures, effort)
+    kept = [companion.ticks() for companion in companions]
+    ticks = Ticks(max(each.worst_s for each in kept), sum(each.missed for each in kept))
+    return Outcome(stack(snapshots), basin.failures, effort, ticks)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sim.grade import Grade
+from sim.run import Outcome
 from sim.scenario import Scenario
 
 SIZE_FILE = Path("build/firmware/size.json")
@@ -42,6 +43,8 @@ class Summary:
     realtime_factor: float
     firmware_flash_bytes: int | None
     firmware_ram_bytes: int | None
+    firmware_worst_tick_ms: float | None
+    firmware_missed_ticks: int | None
     criteria: list[dict[str, Any]]
 
     def write(self, path: Path) -> None:
@@ -49,8 +52,9 @@ class Summary:
         path.write_text(json.dumps(dataclasses.asdict(self), indent=2) + "\n", encoding="utf-8")
 
 
-def summarise(scenario: Scenario, mcu: str, grade: Grade, duration_s: float, wall_s: float, root: Path) -> Summary:
+def summarise(scenario: Scenario, mcu: str, outcome: Outcome, grade: Grade, root: Path) -> Summary:
     """The summary of a graded run; firmware sizes come from the build under `root` and belong to the `avr` make."""
+    duration_s, ticks = float(outcome.history.time[-1]), outcome.ticks
     size = firmware_size(root) if mcu == "avr" else {}
     shared = {field.name for field in dataclasses.fields(Summary)} & {f.name for f in dataclasses.fields(Grade)}
     return Summary(
@@ -62,9 +66,11 @@ def summarise(scenario: Scenario, mcu: str, grade: Grade, duration_s: float, wal
         success=grade.success,
         **{name: _rounded(getattr(grade, name)) for name in shared},
         duration_s=round(duration_s, 3),
-        realtime_factor=round(duration_s / wall_s, 2),
+        realtime_factor=round(duration_s / outcome.effort.wall_s, 2),
         firmware_flash_bytes=size.get("flash_bytes"),
         firmware_ram_bytes=size.get("ram_bytes"),
+        firmware_worst_tick_ms=None if ticks is None else round(1e3 * ticks.worst_s, 3),
+        firmware_missed_ticks=None if ticks is None else ticks.missed,
         criteria=[dataclasses.asdict(verdict) for verdict in grade.verdicts],
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from companion.scene import Phase
-from sim.grade import count_collisions, grade
+from sim.grade import Ticks, count_collisions, grade
 from sim.history import stack
 from sim.scenario import CriteriaConfig
 from tests.sim.synthetic import FORMING_S, PACE, START_S, TRAVEL_S, deciding, fleet_swims
@@ -97,3 +97,11 @@ def test_a_run_that_ends_before_travel_is_graded_by_where_it_stands() -> None:
     assert not holds(result)["tracking error"]
     assert result.forming_time_s is not None
     assert result.forming_time_s < FORMING_S
+
+
+def test_a_program_that_ends_or_a_tick_that_is_missed_is_no_success() -> None:
+    history = stack(fleet_swims())
+    result = grade(history, CRITERIA, START_S, {2: "watchdog"}, Ticks(0.004, 0))
+    assert [v.name for v in result.verdicts if not v.holds] == ["programs"]
+    result = grade(history, CRITERIA, START_S, {}, Ticks(0.012, 1))
+    assert [v.name for v in result.verdicts if not v.holds] == ["firmware ticks"]
