@@ -140,7 +140,7 @@ def test_noise_on_the_line_costs_messages_and_never_brings_a_wrong_setpoint(
     assert grade.success or byte_noise > 0.001
     for companion in Overheard.fleet:
         sent = np.array(companion.sent)
-        taken = np.array([echo for echo in companion.echoes if np.isfinite(echo).all()])
+        taken = np.array([echo for echo in companion.echoes if any(echo)])  # all zero until the first is taken
         assert len(taken) > 200
         nearest = np.abs(taken[:, None] - sent[None]).max(axis=2).min(axis=1)
         assert nearest.max() < 1e-4
