@@ -98,7 +98,7 @@ def _run(options: argparse.Namespace) -> int:
     except OSError as error:
         raise ConfigError([f"--out {folder}: must be a folder that can be written: {error.strerror}"]) from error
     pace = Pace(None if options.headless or options.speed == "max" else float(options.speed))
-    page = None if options.headless else LivePage(scenario, options.mcu, pace)
+    page = None if options.headless else LivePage(scenario, options.mcu, None if options.processes else pace)
     with ExitStack() as closing:
         if page is not None:
             print(f"live page: {page.start(options.port)}", file=sys.stderr, flush=True)

@@ -14,8 +14,8 @@ from sim.scenario import Scenario
 from sim.world import HULL_DIAMETER_M, HULL_LENGTH_M
 
 
-def introduction(scenario: Scenario, mcu: str) -> dict[str, Any]:
-    """Everything about a run that does not change."""
+def introduction(scenario: Scenario, mcu: str, *, paced: bool) -> dict[str, Any]:
+    """Everything about a run that does not change; `paced` when viewers may pause it and choose its speed."""
     mission, config = scenario.mission, scenario.config
     return {
         "type": "run",
@@ -23,6 +23,7 @@ def introduction(scenario: Scenario, mcu: str) -> dict[str, Any]:
         "title": config.title,
         "seed": mission.seed,
         "mcu": mcu,
+        "paced": paced,
         "vehicles": mission.vehicles,
         "duration_s": config.duration_s,
         "shape": mission.formation.shape,

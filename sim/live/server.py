@@ -28,11 +28,11 @@ _HEADERS = {
 
 
 class LivePage:
-    """An observer of a run; `start` serves in a thread of its own, `observe` and `finish` may come from any other."""
+    """An observer of a run; without a pace its viewers can only watch. `start` serves in a thread of its own, `observe` and `finish` may come from any other."""
 
-    def __init__(self, scenario: Scenario, mcu: str, pace: Pace) -> None:
-        self.pace = pace
-        self._introduction = introduction(scenario, mcu)
+    def __init__(self, scenario: Scenario, mcu: str, pace: Pace | None) -> None:
+        self._pace = pace
+        self._introduction = introduction(scenario, mcu, paced=pace is not None)
         self._sockets: set[web.WebSocketResponse] = set()
         self._past: list[dict[str, Any]] = []
         self._latest: dict[str, Any] | None = None
@@ -132,7 +132,7 @@ class LivePage:
         sent, events, told = None, 0, False
         while True:
             await asyncio.sleep(_FRAME_PERIOD_S)
-            state = {"paused": self.pace.paused, "speed": self.pace.speed}
+            state = {"paused": self._pace.paused, "speed": self._pace.speed} if self._pace else {}
             if self._latest is not None and (sent is not self._latest or state != self._state_sent):
                 sent, self._state_sent = self._latest, state
                 await self._broadcast({**sent, **state, "events": self._events[events:]})
@@ -180,13 +180,13 @@ class LivePage:
             command = json.loads(text)
         except (ValueError, RecursionError):
             return
-        if not isinstance(command, dict):
+        if not isinstance(command, dict) or self._pace is None:
             return
         if isinstance(command.get("paused"), bool):
-            self.pace.set(paused=command["paused"])
+            self._pace.set(paused=command["paused"])
         speed = command.get("speed", False)
         if speed is None or (type(speed) in (int, float) and speed in SPEEDS):
-            self.pace.set(speed=speed)
+            self._pace.set(speed=speed)
 
 
 # Refuses requests that another site's page sends by way of this machine's browser.

@@ -19,7 +19,7 @@ POINTS = np.array([(2.0, 0.0, 2.0), (-2.0, 3.0, 2.0), (-2.0, -3.0, 2.0)])
 
 # What a companion would say, as far as anybody asks.
 def status(vehicle: int, point: int | None) -> StatusJson:
-    link = {"state": "up"}
+    link = {"state": "ready"}
     return {
         "vehicle": vehicle,
         "point": point,

@@ -70,6 +70,7 @@ def test_a_viewer_gets_past_present_and_result() -> None:
     introduction, past, *frames, result = serve(page, visit)
     assert introduction["type"] == "run"
     assert introduction["vehicles"] == 6
+    assert introduction["paced"] is True
     assert past["type"] == "past"
     assert [round(frame["t"]) for frame in past["frames"]] == list(range(20))
     assert {frame["type"] for frame in frames} == {"frame"}

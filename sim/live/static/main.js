@@ -14,7 +14,7 @@ let trails = [];
 let errors = [];
 let times = [];
 let phases = [];
-let pace = { paused: false, speed: null };
+let pace = { paused: false };
 let rate = null;
 let fresh = false;
 
@@ -32,6 +32,7 @@ function begin(message) {
   byId("facts").textContent =
     `${run.scenario} · ${run.vehicles} vehicles · ${run.shape} · ${run.mcu === "avr" ? "ATmega2560 images" : "native firmware"} · seed ${run.seed}`;
   document.title = `${run.scenario} – Shoal live`;
+  byId("pause").hidden = byId("speeds").hidden = !run.paced;
   makeTable();
   fresh = true;
 }
@@ -100,7 +101,7 @@ function showTable() {
     ];
     cells.forEach((text, k) => { if (row.cells[k + 1].textContent !== text) row.cells[k + 1].textContent = text; });
     row.cells[5].className = vehicle.nearest !== null && vehicle.nearest < 2 * run.separation_limit_m ? "warn" : "";
-    row.cells[7].className = vehicle.link && vehicle.link !== "up" ? "warn" : "";
+    row.cells[7].className = vehicle.link && vehicle.link !== "ready" ? "warn" : "";
     row.className = i === chosen ? "chosen" : "";
     const button = row.cells[0].firstChild;
     button.style.borderColor = vehicleColour(i);
@@ -117,7 +118,7 @@ function showClock() {
   byId("pause").textContent = pace.paused ? "Go on" : "Pause";
   byId("pause").setAttribute("aria-pressed", pace.paused);
   for (const button of byId("speeds").children) {
-    const mine = button.dataset.speed === (pace.speed === null ? "max" : String(pace.speed));
+    const mine = button.dataset.speed === (pace.speed === null ? "max" : String(pace.speed ?? ""));
     button.setAttribute("aria-checked", mine);
     button.tabIndex = mine ? 0 : -1;
   }
@@ -209,7 +210,8 @@ byId("speeds").addEventListener("keydown", (event) => {
   next.focus();
   setSpeed(next.dataset.speed);
 });
-new ResizeObserver(() => { fresh = true; }).observe(document.body);
+const resized = new ResizeObserver(() => { fresh = true; });
+for (const canvas of document.querySelectorAll("canvas")) resized.observe(canvas);
 window.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const onButton = event.target instanceof HTMLButtonElement;
