@@ -28,7 +28,10 @@ _HEADERS = {
 
 
 class LivePage:
-    """An observer of a run; without a pace its viewers can only watch. `start` serves in a thread of its own, `observe` and `finish` may come from any other."""
+    """An observer of a run; without a pace its viewers can only watch.
+
+    `start` serves in a thread of its own, `observe` and `finish` may come from any other.
+    """
 
     def __init__(self, scenario: Scenario, mcu: str, pace: Pace | None) -> None:
         self._pace = pace
