@@ -105,6 +105,9 @@ class LimitsConfig:
     steerage_speed_mps: float = option(
         "Least speed at which the fins steer", default=0.2, above=0.0, high=2.0, unit="m/s"
     )
+    waiting_radius_m: float = option(
+        "Radius of the circle in which a vehicle waits on its point", default=1.9, low=0.0, high=50.0, unit="m"
+    )
     safe_distance_m: float = option("Least distance between two vehicles", default=1.15, low=0.3, high=50.0, unit="m")
     depth_min_m: float = option("Least depth of a point", default=0.3, low=0.0, high=100.0, unit="m")
     depth_max_m: float = option("Greatest depth allowed", default=30.0, low=0.5, high=100.0, unit="m")

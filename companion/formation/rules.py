@@ -155,7 +155,11 @@ def cost_row(
         if tuning.hysteresis_beyond_m < ways[at] < longest:
             row[at] = (ways[at] - tuning.hysteresis_m) ** tuning.exponent
     home, away = _nearest(rival.position, points)
-    if away <= tuning.parked_m + rival.margin and senses.sight < math.inf:
+    if away <= tuning.parked_m + rival.margin:
+        # Where on its circle a vehicle happens to be says nothing about which point is the better for it.
+        if home in chosen:
+            at = chosen.index(home)
+            row[at] = (tuning.parked_share * ways[at]) ** tuning.exponent
         # A vehicle that left its point for one that others do not see would fill one hole and open another.
         for at, i in enumerate(chosen):
             if i != home and max(ways[at], dist(points[i], senses.me.position)) > senses.sight:

@@ -8,9 +8,6 @@ import numpy as np
 
 from companion.mission import Mission
 
-CIRCLING_M = 1.5  # a hull with fins cannot hover: radius at which it circles the point that it waits on
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
     """Constants of rules 1 to 6; `derive` gives those of a mission."""
@@ -35,7 +32,8 @@ class Tuning:
     exponent: float  # p of d^p: 1 for least travel, 2 for most even
     hysteresis_m: float = 0.3  # a point must be this much better to be worth turning round for ...
     hysteresis_beyond_m: float  # ... while the own one is still this far
-    parked_m: float  # a vehicle this near to a point stays, unless all can see why it should not
+    parked_m: float  # a vehicle this near to a point stays, unless all can see why it should not ...
+    parked_share: float = 0.2  # ... and pays for this share of its way to it, wherever on its circle it is
     switches_allowed: float = 8.0  # changes of mind, beyond which ...
     switch_leak_s: float = 10.0  # (one is forgiven each time this passes)
     calm_s: float = 20.0  # ... far points all cost the same for so long: ends a livelock
@@ -45,12 +43,13 @@ class Tuning:
     settle_s: float = 1.0  # after a jump the clock must run on evenly for so long
 
     @staticmethod
-    def derive(mission: Mission, circling_m: float = CIRCLING_M) -> Tuning:
-        """The constants of a mission; `circling_m` is 0 for vehicles that can stand still."""
+    def derive(mission: Mission, waiting_radius_m: float | None = None) -> Tuning:
+        """The constants of a mission; the radius, the mission's own when None, is 0 for vehicles that can stand still."""
         points = mission.points()
         apart = np.linalg.norm(points[:, None] - points[None], axis=2)[~np.eye(len(points), dtype=bool)]
         spacing = float(apart.min(initial=mission.formation.spacing_m))
         limits = mission.limits
+        circling_m = limits.waiting_radius_m if waiting_radius_m is None else waiting_radius_m
         return Tuning(
             duplicate_m=limits.safe_distance_m / 4.0,
             sigma_limit_m=spacing / 20.0,
@@ -59,6 +58,6 @@ class Tuning:
             circling_m=circling_m,
             exponent=mission.formation.exponent,
             hysteresis_beyond_m=spacing / 2.0,
-            parked_m=min(circling_m + 0.3, 0.4 * spacing),
+            parked_m=min(circling_m + 0.7, 0.5 * spacing),
             step_m=mission.path.step_m,
         )

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class HullConfig:
     """How the hull answers a setpoint."""
 
-    turning_radius_m: float = 1.4  # at full rudder, at any speed
-    heading_lag_s: float = 1.0
+    turning_radius_m: float = 1.45  # at full rudder, at any speed
+    heading_lag_s: float = 1.5
     speed_lag_s: float = 1.7
 
 
@@ -18,13 +18,14 @@ class HullConfig:
 class WaitConfig:
     """Circling a point that stands still, in step with everyone else by the mission's clock."""
 
-    radius_m: float = 1.5  # a little over the turning radius, so that rudder is left to correct with
-    period_s: float = 36.0  # of one circle; a little over steerage way, so that speed is left to correct with
+    period_s: float = 35.0  # of one circle: fast enough for a current to matter little, speed left to correct with
     convergence: float = 2.0  # how sharply the course bends toward the circle
+    approach_mps: float = 0.45  # at least, on the way to the circle: rather out of step than late
     near_radii: float = 1.7  # from here on the speed is that of the circle
+    turning_loss: float = 0.18  # share of its speed that a hull loses on the circle, asked for on top
     step_gain: float = 0.12  # speed per radian out of step, m/s
-    catch_up_mps: float = 0.5  # at most, to come into step
-    late_share: float = 0.8  # of a turn: out of step by more counts as early
+    catch_up_mps: float = 0.6  # at most, to come into step
+    late_share: float = 0.5  # of a turn: out of step by more counts as early
     in_step_rad: float = 0.8  # out of step by less is in step
     still_mps: float = 0.05  # a point slower than this stands still
 

@@ -117,7 +117,8 @@ class Guidance:
         acceleration = self._acceleration.step(now, decision.point, velocity)
         if math.hypot(*velocity) < self._config.wait.still_mps:
             wait, hull = self._config.wait, self._config.hull
-            return steering.circle(now, position, target, current, steerage, top, wait, hull), Mode.CIRCLE
+            radius = max(self._limits.waiting_radius_m, hull.turning_radius_m)
+            return steering.circle(now, position, target, current, steerage, top, radius, wait, hull), Mode.CIRCLE
         yaw, track = own.attitude.yaw, self._config.track
         course = steering.follow(position, yaw, target, velocity, acceleration, current, steerage, top, track)
         return course, Mode.FOLLOW

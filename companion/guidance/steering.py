@@ -44,6 +44,7 @@ def circle(
     current: Pair,
     steerage: float,
     top: float,
+    radius: float,
     wait: WaitConfig,
     hull: HullConfig,
 ) -> Course:
@@ -56,19 +57,19 @@ def circle(
     """
     dn, de = position[0] - centre[0], position[1] - centre[1]
     distance, bearing = math.hypot(dn, de), math.atan2(de, dn)
-    radius, rate = wait.radius_m, math.tau / wait.period_s
+    rate = math.tau / wait.period_s
     in_step = False
     if distance > wait.near_radii * radius:
         way = math.sqrt(distance**2 - radius**2)
         early = (bearing + math.acos(radius / distance) - rate * now) % math.tau / rate
         early += wait.period_s * math.ceil(max(way / top - early, 0.0) / wait.period_s)
-        speed = way / early
+        speed = max(way / early, wait.approach_mps)
     else:
         late = (rate * now - bearing) % math.tau
         if late > wait.late_share * math.tau:
             late -= math.tau
         in_step = abs(late) < wait.in_step_rad
-        speed = min(rate * radius + wait.step_gain * late, wait.catch_up_mps)
+        speed = min(rate * radius / (1.0 - wait.turning_loss) + wait.step_gain * late, wait.catch_up_mps)
     speed = min(max(speed, steerage), top)
     inward = math.atan(wait.convergence * (distance - radius) / radius)
     course = bearing + math.pi / 2.0 + inward
