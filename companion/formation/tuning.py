@@ -8,6 +8,7 @@ import numpy as np
 
 from companion.mission import Mission
 
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
     """Constants of rules 1 to 6; `derive` gives those of a mission."""
@@ -44,7 +45,7 @@ class Tuning:
 
     @staticmethod
     def derive(mission: Mission, waiting_radius_m: float | None = None) -> Tuning:
-        """The constants of a mission; the radius, the mission's own when None, is 0 for vehicles that can stand still."""
+        """The constants of a mission; a radius other than its own is 0 for vehicles that can stand still."""
         points = mission.points()
         apart = np.linalg.norm(points[:, None] - points[None], axis=2)[~np.eye(len(points), dtype=bool)]
         spacing = float(apart.min(initial=mission.formation.spacing_m))

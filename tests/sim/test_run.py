@@ -141,7 +141,7 @@ def test_noise_on_the_line_costs_messages_and_never_brings_a_wrong_setpoint(
     for companion in Overheard.fleet:
         sent = np.array(companion.sent)
         taken = np.array([echo for echo in companion.echoes if any(echo)])  # all zero until the first is taken
-        assert len(taken) > 200
+        assert len(taken) > 1.5 * scenario.end_s()  # of 5 a second, most frames lost at the worst
         nearest = np.abs(taken[:, None] - sent[None]).max(axis=2).min(axis=1)
         assert nearest.max() < 1e-4
         assert companion.bus.counters.bad_frames > least_bad
