@@ -68,6 +68,7 @@ demo: plant ## six vehicles form a triangle and travel a path (2 minutes; ARGS=-
 
 .PHONY: test
 test: plant ## run all tests (under 10 minutes; ARGS='-k link' for some)
+	@scripts/setup test
 	@echo 'test: the whole suite, simulated vehicles included (under 10 minutes)'
 	@$(PYTHON) -m pytest -n 2 --dist loadfile $(ARGS)
 

@@ -17,6 +17,7 @@ class Vehicle {
   void tick();
 
   const Parts& parts() const { return parts_; }
+  const LossCounters& losses() const { return link_.losses(); }
 
  private:
   bool even() const { return (parts_.loop.ticks & 1) == 0; }

@@ -7,7 +7,7 @@ namespace {
 constexpr float kBiasLimit = 0.1f;                      // rad/s, above the data sheet's zero-rate output of 5 deg/s
 constexpr float kFieldLow = 15.0f, kFieldHigh = 90.0f;  // uT; the earth's field is 22 to 67
 constexpr float kHorizontalLow = 5.0f;                  // uT, below it the compass has no direction
-constexpr float kForceLow = 0.8f * kGravity, kForceHigh = 1.2f * kGravity;
+constexpr float kForceLow = 0.9f * kGravity, kForceHigh = 1.1f * kGravity;
 constexpr float kStartGain = 4.0f;  // times the usual gains while settling
 
 bool plausible_force(float squared) { return squared > kForceLow * kForceLow && squared < kForceHigh * kForceHigh; }

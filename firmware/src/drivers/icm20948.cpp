@@ -94,8 +94,12 @@ const Step kStartUp[] PROGMEM = {
 constexpr uint8_t kSteps = sizeof kStartUp / sizeof kStartUp[0];
 constexpr uint8_t kStepsPerTick = 6;
 
-int16_t big_endian(const uint8_t* bytes) { return static_cast<int16_t>(bytes[0] << 8 | bytes[1]); }
-int16_t little_endian(const uint8_t* bytes) { return static_cast<int16_t>(bytes[1] << 8 | bytes[0]); }
+int16_t big_endian(const uint8_t* bytes) {
+  return static_cast<int16_t>(static_cast<uint16_t>(bytes[0]) << 8 | bytes[1]);
+}
+int16_t little_endian(const uint8_t* bytes) {
+  return static_cast<int16_t>(static_cast<uint16_t>(bytes[1]) << 8 | bytes[0]);
+}
 
 }  // namespace
 
@@ -208,7 +212,8 @@ bool Icm20948::read_sample(bool with_compass) {
 void Icm20948::read_compass(const uint8_t* bytes) {
   const int16_t x = little_endian(bytes + 1), y = little_endian(bytes + 3), z = little_endian(bytes + 5);
   const bool overflow = (bytes[8] & 0x08) != 0;
-  const uint16_t sum = static_cast<uint16_t>(x) ^ static_cast<uint16_t>(y << 5) ^ static_cast<uint16_t>(z << 10);
+  uint16_t sum = kCrcStart;
+  for (uint8_t i = 1; i <= 6; ++i) sum = crc_update(sum, bytes[i]);
   if (sum != compass_sum_) compass_same_ = 0;
   if (compass_same_ < kCompassFrozen) ++compass_same_;
   compass_sum_ = sum;
