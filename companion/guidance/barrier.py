@@ -83,7 +83,9 @@ class Barrier:
         worst = np.maximum(short.max(axis=1), 0.0)
         cost = (
             20.0 * worst
-            + (1.0 - np.cos(turns)) * np.where(turns < 0.0, 1.0 + self._config.left_penalty, 1.0)
+            + 1.0
+            - np.cos(turns)
+            + self._config.left_penalty * (turns < 0.0)
             + self._config.speed_cost * np.abs(all_speeds - preferred.speed) / self._top
             + self._config.swing_penalty * (1.0 - np.cos(turns - self._given_way))
         )

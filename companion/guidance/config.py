@@ -53,10 +53,10 @@ class BarrierConfig:
     doubt_max_m: float = 0.4  # ... up to this
     turn_memory_s: float = 5.0  # others are taken to keep on turning for so long
     margin_m: float = 0.35  # kept beyond the mission's safe distance
-    stand_on_m: float = 0.4  # so much less is asked of a vehicle that circles in step
+    stand_on_m: float = 0.25  # so much less is asked of a vehicle that circles in step
     obstacle_clearance_m: float = 0.9  # from own centre to an obstacle's surface
     speed_cost: float = 0.5  # of a change of speed by top speed, as 1 - cos of a turn
-    left_penalty: float = 0.15  # a turn to port costs this much more: both of a pair give way to starboard
+    left_penalty: float = 0.2  # of any turn to port: both of a pair give way to starboard
     swing_penalty: float = 0.15  # and so does leaving the side chosen before
     vertical_from_m: float = 0.25  # a distance short by more than this calls for depth as well
     vertical_offset_m: float = 0.8

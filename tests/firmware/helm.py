@@ -124,7 +124,9 @@ class Helm:
         return float(values[-1])
 
 
-def fleet(make: str, vehicles: int, depth: float = 2.0, seed: int = 1, factors: Sequence[Mapping[str, float]] | None = None) -> Helm:
+def fleet(
+    make: str, vehicles: int, depth: float = 2.0, seed: int = 1, factors: Sequence[Mapping[str, float]] | None = None
+) -> Helm:
     """Vehicles abreast, ten metres apart, heading north at rest."""
     starts = [[0.0, 10.0 * i, depth, 0.0] for i in range(vehicles)]
     return Helm(Plant(make, starts=starts, seed=seed, factors=factors), vehicles)
