@@ -45,7 +45,7 @@ class Helm:
     orders: list[Order | None] = field(default_factory=list)
     beats: bool = True
     now: float = 0.0
-    heard: list[list[tuple[float, Message]]] = field(default_factory=list)
+    heard: list[list[tuple[float, Any]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.orders = [None] * self.vehicles
