@@ -117,9 +117,11 @@ class Recorder:
             self._event(event)
 
     def _event(self, event: Event) -> None:
+        # MCAP counts time from zero, the start; companions of their own are heard before it.
+        early = f" ({-event.stamp:.2f} s before the start)" if event.stamp < 0.0 else ""
         name = f"vehicle_{event.vehicle}" if event.vehicle else "fleet"
-        log = {"level": _LEVELS[event.severity], "message": event.text, "name": name}
-        self._write("/events", "foxglove.Log", event.stamp, log, True)
+        log = {"level": _LEVELS[event.severity], "message": event.text + early, "name": name}
+        self._write("/events", "foxglove.Log", max(event.stamp, 0.0), log, True)
 
     # One message; `stamped` adds the time in Foxglove's own field.
     def _write(self, topic: str, schema: str, now: float, message: dict[str, Any], stamped: bool = False) -> None:

@@ -42,5 +42,13 @@ def test_what_is_recorded_is_read_back() -> None:
     assert metadata["run"] == {"scenario": "synthetic", "seed": "7", "mcu": "native", "vehicles": "3"}
 
 
+def test_what_a_companion_said_before_the_start_stands_at_the_start() -> None:
+    snapshots = fleet_swims()[:2]
+    snapshots[0] = replace(snapshots[0], events=(Event(-1.25, 1, "link: nothing heard"),))
+    reader = make_reader(io.BytesIO(recording(snapshots)))
+    said = [(m.log_time, json.loads(m.data)["message"]) for _, c, m in reader.iter_messages() if c.topic == "/events"]
+    assert said == [(0, "link: nothing heard (1.25 s before the start)")]
+
+
 def test_same_run_same_bytes() -> None:
     assert recording(fleet_swims()) == recording(fleet_swims())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -151,7 +152,8 @@ def test_noise_on_the_line_costs_messages_and_never_brings_a_wrong_setpoint(
 
 def test_companions_as_processes_on_serial_ports(tmp_path: Path) -> None:
     scenario = cut(load_scenario("two"), 24.0)
-    outcome = run_processes(scenario, "native", tmp_path / "processes")
+    with Recorder(io.BytesIO(), "two", 1, "native", 2) as recorder:
+        outcome = run_processes(scenario, "native", tmp_path / "processes", observers=[recorder])
     history = outcome.history
     log = [event.text for event in history.events]
     assert outcome.failures == {}, log
