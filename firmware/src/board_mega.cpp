@@ -5,7 +5,6 @@
 #if defined(__AVR_ATmega2560__)
 
 #include <Arduino.h>
-#include <Wire.h>
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
@@ -111,6 +110,43 @@ bool give(Lines& line, volatile uint8_t& control, const uint8_t* bytes, uint16_t
   return true;
 }
 
+// Status codes of a master (data sheet, tables 24-3 and 24-4).
+enum TwiStatus : uint8_t {
+  kStarted = 0x08,
+  kWriteAcknowledged = 0x18,
+  kSent = 0x28,
+  kReadAcknowledged = 0x40,
+  kReceived = 0x50,
+  kReceivedLast = 0x58
+};
+constexpr uint16_t kTwiPolls = 400;  // of some 10 cycles: five times as long as a byte at 200 kHz takes
+
+// One action on the bus; false when it does not end in time or not as it should.
+bool i2c_do(uint8_t action, TwiStatus expected) {
+  TWCR = _BV(TWINT) | _BV(TWEN) | action;
+  for (uint16_t polls = kTwiPolls; !(TWCR & _BV(TWINT)); --polls) {
+    if (polls == 0) return false;
+  }
+  return (TWSR & 0xF8) == expected;
+}
+
+bool i2c_address(uint8_t address, TwiStatus direction) {
+  if (!i2c_do(_BV(TWSTA), kStarted)) return false;
+  TWDR = static_cast<uint8_t>(address << 1 | (direction == kReadAcknowledged ? 1 : 0));
+  return i2c_do(0, direction);
+}
+
+// Ends a transfer; a bus on which not even a stop comes through is let go of. Returns whether all went well.
+bool i2c_stop(bool good) {
+  TWCR = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
+  for (uint16_t polls = kTwiPolls; TWCR & _BV(TWSTO); --polls) {
+    if (polls > 0) continue;
+    TWCR = 0;
+    return false;
+  }
+  return good;
+}
+
 // One output of a 16-bit timer that runs fast PWM from 0 to ICR at 2 MHz.
 struct PwmOutput {
   volatile uint8_t* control;
@@ -194,9 +230,10 @@ void MegaBoard::begin() {
   SPCR = _BV(SPE) | _BV(MSTR) | _BV(CPOL) | _BV(CPHA) | _BV(SPR1);
   SPSR = 0;
 
-  Wire.begin();
-  Wire.setClock(200000);
-  Wire.setWireTimeout(1000, true);
+  // I2C: 16 MHz / (16 + 2 * 32) = 200 kHz, weak pull-ups beside those of the sensor's board.
+  PORTD |= _BV(PD0) | _BV(PD1);
+  TWSR = 0;
+  TWBR = 32;
 
   // Both USARTs: double speed, 8N1, interrupts on reception.
   UBRR0 = baud_register(SHOAL_CONSOLE_BAUD);
@@ -234,15 +271,22 @@ void MegaBoard::imu_transfer(uint8_t* bytes, uint8_t count) {
 }
 
 bool MegaBoard::i2c_write(uint8_t address, const uint8_t* bytes, uint8_t count) {
-  Wire.beginTransmission(address);
-  Wire.write(bytes, count);
-  return Wire.endTransmission() == 0;
+  bool good = i2c_address(address, kWriteAcknowledged);
+  for (uint8_t i = 0; good && i < count; ++i) {
+    TWDR = bytes[i];
+    good = i2c_do(0, kSent);
+  }
+  return i2c_stop(good);
 }
 
 bool MegaBoard::i2c_read(uint8_t address, uint8_t* bytes, uint8_t count) {
-  if (Wire.requestFrom(address, count) != count) return false;
-  for (uint8_t i = 0; i < count; ++i) bytes[i] = static_cast<uint8_t>(Wire.read());
-  return true;
+  bool good = i2c_address(address, kReadAcknowledged);
+  for (uint8_t i = 0; good && i < count; ++i) {
+    const bool last = i + 1 == count;
+    good = i2c_do(last ? 0 : _BV(TWEA), last ? kReceivedLast : kReceived);
+    bytes[i] = TWDR;
+  }
+  return i2c_stop(good);
 }
 
 void MegaBoard::write_pulse_us(Actuator actuator, uint16_t width_us) {

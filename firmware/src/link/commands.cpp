@@ -143,8 +143,7 @@ uint8_t Commands::execute(uint16_t command, float p1, float p2, const Frame& fra
       return Telemetry::knows(id) ? MAV_RESULT_ACCEPTED : MAV_RESULT_DENIED;
     }
     case MAV_CMD_REQUEST_MESSAGE:
-      if (!Telemetry::knows(id)) return MAV_RESULT_DENIED;
-      return telemetry_.send(id) ? MAV_RESULT_ACCEPTED : MAV_RESULT_TEMPORARILY_REJECTED;
+      return telemetry_.request(id) ? MAV_RESULT_ACCEPTED : MAV_RESULT_DENIED;
     default:
       return MAV_RESULT_UNSUPPORTED;
   }

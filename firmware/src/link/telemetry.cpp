@@ -57,9 +57,14 @@ void Telemetry::step(uint8_t at_most) {
   uint8_t i = first_;
   for (uint8_t n = 0; n < kStreamCount && at_most > 0; ++n, ++i) {
     if (i >= kStreamCount) i = 0;
-    if (interval_[i] == 0 || wait_[i] > 0) continue;
+    const bool requested = requested_ != 0 && (requested_ >> i & 1U) != 0;
+    if (!requested && (interval_[i] == 0 || wait_[i] > 0)) continue;
     if (!(this->*read_flash(kStreams[i].send))()) return;
-    wait_[i] = interval_[i];
+    if (requested) {
+      requested_ &= static_cast<uint16_t>(~(1U << i));
+    } else {
+      wait_[i] = interval_[i];
+    }
     --at_most;
   }
 }
@@ -72,9 +77,11 @@ uint8_t Telemetry::index_of(uint32_t id) {
 
 bool Telemetry::knows(uint32_t id) { return index_of(id) < kStreamCount; }
 
-bool Telemetry::send(uint32_t id) {
+bool Telemetry::request(uint32_t id) {
   const uint8_t i = index_of(id);
-  return i < kStreamCount && (this->*read_flash(kStreams[i].send))();
+  if (i == kStreamCount) return false;
+  requested_ |= static_cast<uint16_t>(1U << i);
+  return true;
 }
 
 bool Telemetry::set_interval(uint32_t id, float interval_us) {

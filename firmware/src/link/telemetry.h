@@ -21,8 +21,8 @@ class Telemetry {
   // Sends what is due, at most so many messages.
   void step(uint8_t at_most);
 
-  // Sends one message of the table, or AUTOPILOT_VERSION, now; false when it is unknown or the line is full.
-  bool send(uint32_t id);
+  // Has one message of the table, which AUTOPILOT_VERSION belongs to, sent as soon as possible; false when unknown.
+  bool request(uint32_t id);
   static bool knows(uint32_t id);
   // Interval in us as MAV_CMD_SET_MESSAGE_INTERVAL has it: 0 default, negative off. False for an unknown message.
   bool set_interval(uint32_t id, float interval_us);
@@ -56,6 +56,7 @@ class Telemetry {
   const FrameReader& reader_;
   uint16_t interval_[kStreamCount];  // ticks; 0: off
   uint16_t wait_[kStreamCount];      // ticks until due
+  uint16_t requested_ = 0;           // bit by place in the table
   uint8_t first_ = 0;                // of the table, for a fair turn
   uint8_t named_ = 0;                // which named value is next
 };
