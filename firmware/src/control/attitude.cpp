@@ -1,4 +1,8 @@
 // The filter's start from one sample, its gated corrections, and the integration of the quaternion.
+#ifdef __AVR__
+#pragma GCC optimize("O2")  // runs in every tick
+#endif
+
 #include "attitude.h"
 
 namespace shoal {

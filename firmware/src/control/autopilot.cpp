@@ -1,4 +1,8 @@
 // Cascades with gains scheduled over speed, since a fin's force grows with its square; integrals stop at the limits.
+#ifdef __AVR__
+#pragma GCC optimize("O2")  // runs in every tick
+#endif
+
 #include "autopilot.h"
 
 namespace shoal {

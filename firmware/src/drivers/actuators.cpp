@@ -1,4 +1,8 @@
 // Limits of range and rate, and the conversion of fin angle and throttle to pulse widths.
+#ifdef __AVR__
+#pragma GCC optimize("O2")  // runs in every tick
+#endif
+
 #include "actuators.h"
 
 #include "../control/maths.h"

@@ -1,5 +1,9 @@
 // Start-up of the ICM-20948 as a table of register writes, its burst read, and the detection of a silent or frozen
 // chip.
+#ifdef __AVR__
+#pragma GCC optimize("O2")  // runs in every tick
+#endif
+
 #include "icm20948.h"
 
 #include "../crc.h"

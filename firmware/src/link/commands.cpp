@@ -63,18 +63,20 @@ void Commands::on_setpoint(const Frame& frame) {
   bool good = m.coordinate_frame == MAV_FRAME_LOCAL_NED && m.type_mask == kSetpointMask && isfinite(m.z) &&
               isfinite(m.vx) && isfinite(m.vy) && isfinite(m.yaw) && fabsf(m.yaw) <= 2.0f * kPi && m.z >= 0.0f &&
               m.z <= parts_.parameters.get(Parameter::DEPTH_MAX) && fabsf(m.vx) <= kFastest && fabsf(m.vy) <= kFastest;
-  float along = 0.0f;
+  float speed = 0.0f;
   if (good) {
-    const float s = sinf(m.yaw), c = cosf(m.yaw);
-    along = m.vx * c + m.vy * s;
-    good = fabsf(along) <= kFastest && fabsf(m.vy * c - m.vx * s) <= kAcrossTolerance;
+    speed = sqrtf(m.vx * m.vx + m.vy * m.vy);
+    const float off = fabsf(wrap_pi(atan2f(m.vy, m.vx) - m.yaw));
+    const bool astern = off > 0.5f * kPi;
+    good = speed <= kFastest && speed * (astern ? kPi - off : off) <= kAcrossTolerance;
+    if (astern) speed = -speed;
   }
   if (!good) {
     ++parts_.companion.setpoints_refused;
     notices_.setpoint_refused();
     return;
   }
-  parts_.companion.setpoint = {wrap_pi(m.yaw), m.z, along};
+  parts_.companion.setpoint = {wrap_pi(m.yaw), m.z, speed};
   parts_.companion.north_mps = m.vx;
   parts_.companion.east_mps = m.vy;
   parts_.companion.setpoint_age_ms = 0;

@@ -1,4 +1,8 @@
 // Frame search, CRC with the message's extra byte, and the trimming of trailing zeros on sending.
+#ifdef __AVR__
+#pragma GCC optimize("O2")  // runs in every tick
+#endif
+
 #include "frame.h"
 
 #include "../crc.h"

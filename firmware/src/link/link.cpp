@@ -1,4 +1,8 @@
 // The two halves of the link's tick.
+#ifdef __AVR__
+#pragma GCC optimize("O2")  // runs in every tick
+#endif
+
 #include "link.h"
 
 namespace shoal {

@@ -25,6 +25,7 @@ void append_hash(char* text, const uint8_t hash[8]) {
 bool Notices::step() {
   quiet_ms_ -= quiet_ms_ > kTickMs ? kTickMs : quiet_ms_;
   single_quiet_ms_ -= single_quiet_ms_ > kTickMs ? kTickMs : single_quiet_ms_;
+  if (pending_ == 0 && refused_ == 0 && announced_ == parts_.safety.active()) return false;
   for (uint8_t i = 0; i < single_count; ++i) {
     if (!(pending_ & (1U << i))) continue;
     const bool repeats = i == dialect || i == unknown_dialect || i == bad_setpoint;
