@@ -88,6 +88,10 @@ bench: plant ## measure how much faster than real time the simulator is, and why
 	@echo 'bench: speed of the simulator on both makes (2 minutes)'
 	@.venv/bin/shoal-sim bench $(ARGS)
 
+.PHONY: campaign
+campaign: plant ## run the campaigns that the documentation quotes (hours; ARGS='swarm --seeds 20' for a taste)
+	@.venv/bin/shoal-sim campaign $(or $(ARGS),all)
+
 .PHONY: docs
 docs: protocol ## write the reference of messages, parameters and files into build/docs, and docs/hull.md (20 seconds)
 	@$(PYTHON) scripts/document.py build/docs

@@ -9,6 +9,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from companion.config import ConfigError
+from sim.campaign import conduct, open_campaign
+from sim.campaign import names as campaign_names
+from sim.campaign.table import page
 from sim.grade import Grade
 from sim.live import SPEEDS, LivePage, Pace
 from sim.plant import PlantError
@@ -35,6 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from sim.bench import bench
 
             return bench(options.seconds, options.threads, ROOT)
+        if options.command == "campaign":
+            return _campaign(options)
         return _run(options)
     except (ConfigError, PlantError) as error:
         for line in str(error).splitlines():
@@ -76,6 +81,19 @@ def _parser() -> argparse.ArgumentParser:
     bench = commands.add_parser("bench", help="how much faster than real time a run is, and what limits it")
     bench.add_argument("--seconds", type=float, default=60.0, help="simulated seconds a run (60)")
     bench.add_argument("--threads", type=int, default=2, metavar="N", help="threads of the plant")
+    campaign = commands.add_parser(
+        "campaign",
+        help="an experiment over many seeds, judged by the figures it must reach",
+        description="Runs campaigns and writes a table of each: what was asked, what was measured, over which seeds.",
+        epilog="Exit status: 0 when every limit holds, 1 when not, 2 when an argument is wrong or a run broke off.",
+    )
+    campaign.add_argument("campaign", metavar="NAME", nargs="+", help=f"of {', '.join(campaign_names())}; or all")
+    campaign.add_argument("--seeds", type=int, metavar="N", help="seeds a case, instead of the campaign's own number")
+    campaign.add_argument("--cells", default="", metavar="TEXT", help="only the cases that have this in their name")
+    campaign.add_argument("--jobs", type=int, default=2, metavar="N", help="processes beside each other (2)")
+    campaign.add_argument("--resume", action="store_true", help="go on from the runs in the log")
+    campaign.add_argument("--log", type=Path, default=Path("runs/campaigns"), metavar="DIR", help="where runs are kept")
+    campaign.add_argument("--out", type=Path, default=Path("docs/figures"), metavar="DIR", help="where tables go")
     commands.add_parser("list", help="the scenarios that come with the simulator")
     return parser
 
@@ -84,6 +102,25 @@ def _list() -> int:
     for name in names():
         print(f"{name:12} {load_scenario(name).config.title}")
     return 0
+
+
+def _campaign(options: argparse.Namespace) -> int:
+    if options.seeds is not None and options.seeds < 1:
+        raise ConfigError([f"--seeds {options.seeds}: must be at least 1"])
+    if not 1 <= options.jobs <= 64:
+        raise ConfigError([f"--jobs {options.jobs}: must be from 1 to 64"])
+    wanted = campaign_names() if options.campaign == ["all"] else options.campaign
+    missed = False
+    for campaign in [open_campaign(name) for name in wanted]:
+        log: Path = options.log / f"{campaign.name}.jsonl"
+        print(f"campaign {campaign.name}: {campaign.title}", file=sys.stderr)
+        results = conduct(campaign, log, options.seeds, options.jobs, sys.stderr, options.cells, options.resume)
+        text = page(campaign, results)
+        options.out.mkdir(parents=True, exist_ok=True)
+        (options.out / f"{campaign.name}.md").write_text(text, encoding="utf-8")
+        print(text)
+        missed |= any(result.misses(campaign.figures) for result in results)
+    return EXIT_MISSED if missed else 0
 
 
 def _run(options: argparse.Namespace) -> int:
