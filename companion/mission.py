@@ -70,6 +70,7 @@ class PathConfig:
     pace_mps: float = option(
         "Speed of the formation's centre over ground", default=0.35, above=0.0, high=2.0, unit="m/s"
     )
+    turn: bool = option("Whether the formation turns with its path; else it keeps its heading", default=True)
     turn_radius_m: float = option(
         "Radius of the centre's arc round a corner", default=12.0, above=0.0, high=1e3, unit="m"
     )
@@ -191,7 +192,7 @@ def _speed_problems(mission: Mission, points: NDArray[np.float64]) -> Iterator[P
         yield Problem("path", "pace_mps", path.pace_mps, text)
         return
     fastest = path.pace_mps
-    if len(_turns(path)) and np.abs(_turns(path)).max() > 1e-6:
+    if path.turn and len(_turns(path)) and np.abs(_turns(path)).max() > 1e-6:
         # Rigid turn at the rate pace / radius: the speed of a point is that rate times its distance from the pivot.
         pivots = [np.hypot(points[:, 0], path.turn_radius_m + side * points[:, 1]).max() for side in (1.0, -1.0)]
         fastest = path.pace_mps * float(max(pivots)) / path.turn_radius_m

@@ -1,15 +1,16 @@
 """Algorithm 2's virtual formation: the points of the formation as they move along the mission's path.
 
-It waits and forms at the path's origin, then travels: it translates along the path and turns with its tangent, and
-starts and stops smoothly. In a turn it goes as fast as its innermost point needs for a vehicle to keep steerage way,
-and no faster than its outermost point may go. The whole journey is worked out beforehand in steps shorter than lambda
-(eqs 9 and 10).
+It waits and forms at the path's origin, then travels: it translates along the path, turns with its tangent unless the
+mission says otherwise, and starts and stops smoothly. In a turn it goes as fast as its innermost point needs for a
+vehicle to keep steerage way, and no faster than its outermost point may go. The whole journey is worked out beforehand
+in steps shorter than lambda (eqs 9 and 10).
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -98,7 +99,10 @@ def _track(mission: Mission) -> Track:
     heading = None if path.heading_deg is None else math.radians(path.heading_deg)
     reach = float(np.linalg.norm(mission.points(), axis=1).max(initial=0.0))
     step = STEP_SHARE * path.step_m / (1.0 + reach / path.turn_radius_m)
-    return round_corners(path.corners(), path.turn_radius_m, min(step, 0.1 * path.turn_radius_m), heading)
+    track = round_corners(path.corners(), path.turn_radius_m, min(step, 0.1 * path.turn_radius_m), heading)
+    if path.turn:
+        return track
+    return replace(track, heading=np.full_like(track.heading, track.heading[0]), turning=np.zeros_like(track.turning))
 
 
 # Speed of the centre at each sample: the pace, but what inner and outer points need in turns, reached smoothly.

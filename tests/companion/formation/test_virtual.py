@@ -110,6 +110,18 @@ def test_it_dives_along_a_path_in_three_dimensions() -> None:
     assert velocities[:, :, 2].max() > 0.05
 
 
+@pytest.mark.parametrize("heading_deg", [None, 90.0])
+def test_it_keeps_its_heading_where_the_mission_wants_it_to(heading_deg: float | None) -> None:
+    sharp = mission(6, **{**CORNER, "turn": False, "turn_radius_m": 2.0, "heading_deg": heading_deg})
+    virtual, points, velocities, headings, _ = journey(sharp)
+    assert (headings == math.radians(heading_deg or 0.0)).all()
+    offset = points - points[:, :1]
+    np.testing.assert_allclose(offset, np.broadcast_to(offset[0], offset.shape), atol=1e-9)
+    np.testing.assert_allclose(velocities, np.broadcast_to(velocities[:, :1], velocities.shape), atol=1e-9)
+    np.testing.assert_allclose(points[-1].mean(axis=0)[:2], CORNER["waypoints_m"][-1], atol=1e-6)
+    assert virtual.length_m > 20.0
+
+
 def test_without_waypoints_it_stays_and_is_done_when_formed() -> None:
     virtual, points, velocities, headings, phases = journey(mission(6, heading_deg=90.0))
     assert phases[-1] is Phase.DONE
