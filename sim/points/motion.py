@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,16 @@ PROGRESS_M = 0.2
 DETOUR_S = 2.0  # ... a random course for so long
 
 
+class Mover(Protocol):
+    """How one vehicle moves, from step to step."""
+
+    def velocity(self, now: float, way: Array, drift: Array, hulls: Array, sigma: float) -> Array:
+        """Velocity (3,) m/s at `now` s: `way` (3,) m is what lies ahead, `drift` (3,) the point's own velocity.
+
+        `hulls` (N, 3) m are those seen near, relative to this vehicle, each axis with noise of `sigma` m.
+        """
+
+
 @dataclass(slots=True)
 class Motion:
     """How one vehicle moves; `speed` m/s is the most it can."""
@@ -37,16 +48,13 @@ class Motion:
     _detour: Array = field(default_factory=lambda: np.zeros(3))
 
     def velocity(self, now: float, way: Array, drift: Array, hulls: Array, sigma: float) -> Array:
-        """Velocity (3,) m/s at `now` s: `way` (3,) m is what lies ahead, `drift` (3,) the point's own velocity.
-
-        `hulls` (N, 3) m are those seen near, relative to this vehicle, each axis with noise of `sigma` m.
-        """
+        """Velocity (3,) m/s, as of every Mover; `sigma` widens the safe distance."""
+        preferred = preferred_velocity(way, drift, self.speed)
         distance = math.sqrt(way @ way)
-        preferred = drift + way * 2.0 if distance < 0.25 * self.speed else drift + way * (self.speed / distance)
         hindered = len(hulls) > 0
         if hindered:
             preferred = self._detoured(now, distance, preferred)
-        preferred = _limited(preferred, self.speed)
+        preferred = limited(preferred, self.speed)
         return self._clear(preferred, hulls, sigma) if hindered else preferred
 
     # A random course for a while, once giving way has brought nothing for too long.
@@ -83,9 +91,17 @@ class Motion:
                 if change != 0.0:
                     force[i] += change
                     velocity = [velocity[k] - change * n[k] for k in range(3)]
-        return _limited(np.array(velocity), self.speed)
+        return limited(np.array(velocity), self.speed)
 
 
-def _limited(velocity: Array, speed: float) -> Array:
+def preferred_velocity(way: Array, drift: Array, speed: float) -> Array:
+    """What would be swum if nobody were near, (3,) m/s: with the point, and to it at full speed, slower on arrival."""
+    distance = math.sqrt(way @ way)
+    closing: Array = way * 2.0 if distance < 0.25 * speed else way * (speed / distance)
+    return drift + closing
+
+
+def limited(velocity: Array, speed: float) -> Array:
+    """The velocity (3,) m/s, shortened where it exceeds the speed."""
     length = math.sqrt(velocity @ velocity)
     return velocity if length <= speed else velocity * (speed / length)

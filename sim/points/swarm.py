@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from companion.formation import Formation, Tuning
 from companion.mission import Mission
 from companion.scene import Attitude, Decision, Neighbour, OwnPose, Scene
-from sim.points.motion import Motion
+from sim.points.motion import Motion, Mover
 from sim.points.starts import SPEED
 
 Array = NDArray[np.float64]
@@ -48,16 +48,25 @@ class Swarm:
     """Vehicles of a mission: true positions (J, 3) m, decisions, and lengths (J,) m so far, at `now` s.
 
     `absent` are vehicles not yet in the water, `dead` those that stopped for good; both are sets of numbers to change
-    at will. `separation` m is the least true distance between two centres so far.
+    at will. `velocities` (J, 3) m/s are those of the last step, `separation` m is the least true distance between two
+    centres so far. `mover` makes, of top speed, safe distance and random numbers, how a vehicle moves.
     """
 
-    def __init__(self, mission: Mission, starts: Array, seed: int, conditions: Conditions | None = None) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        starts: Array,
+        seed: int,
+        conditions: Conditions | None = None,
+        mover: Callable[[float, float, np.random.Generator], Mover] = Motion,
+    ) -> None:
         self.mission, self.conditions = mission, conditions or Conditions()
         self.positions: Array = np.array(starts, dtype=float)
         self.count = len(self.positions)
         self.now = 0.0
         self.decisions: list[Decision | None] = [None] * self.count
         self.lengths: Array = np.zeros(self.count)
+        self.velocities: Array = np.zeros((self.count, 3))
         self.dead: set[int] = set()
         self.absent: set[int] = set()
         self.separation = math.inf
@@ -67,7 +76,7 @@ class Swarm:
         tuning = Tuning.derive(mission)
         self.minds = [Formation(mission, vehicle, tuning) for vehicle in range(self.count)]
         safe = mission.limits.safe_distance_m
-        self._motions = [Motion(SPEED, safe, np.random.default_rng((seed, 3, i))) for i in range(self.count)]
+        self._motions = [mover(SPEED, safe, np.random.default_rng((seed, 3, i))) for i in range(self.count)]
         self._phase = self._random.permutation(self.count) % _STEPS
         self._steps = 0
 
@@ -86,7 +95,7 @@ class Swarm:
         near[:, list(self.absent)] = False
         for vehicle in np.flatnonzero(self._phase == self._steps % _STEPS):
             if vehicle not in self.dead and vehicle not in self.absent:
-                self.decisions[vehicle] = self.minds[vehicle].step(self.now, self._scene(vehicle, offset, near))
+                self.decisions[vehicle] = self._decide(vehicle, self._scene(vehicle, offset, near))
         self._move(offset, distance, near)
         self._steps += 1
         self.now = self._steps * STEP_S
@@ -119,6 +128,9 @@ class Swarm:
         }
         return len(held) == len(self.points)
 
+    def _decide(self, vehicle: int, scene: Scene) -> Decision:
+        return self.minds[vehicle].step(self.now, scene)
+
     # What one vehicle sees now.
     def _scene(self, vehicle: int, offset: Array, near: NDArray[np.bool_]) -> Scene:
         conditions = self.conditions
@@ -135,11 +147,11 @@ class Swarm:
 
     def _move(self, offset: Array, distance: Array, near: NDArray[np.bool_]) -> None:
         conditions = self.conditions
-        moved = np.zeros((self.count, 3))
+        velocities = np.zeros((self.count, 3))
         close = near & (distance < self.mission.limits.safe_distance_m + 3.0 * conditions.sigma + 2.5 * SPEED)
         for vehicle, decision in enumerate(self.decisions):
             if vehicle in self.dead:
-                moved[vehicle] = STEP_S * np.array(conditions.current)
+                velocities[vehicle] = conditions.current
                 continue
             if vehicle in self.absent or decision is None:
                 continue
@@ -153,9 +165,10 @@ class Swarm:
             else:
                 drift = _STILL
             velocity = self._motions[vehicle].velocity(self.now, way, drift, hulls, conditions.sigma)
-            moved[vehicle] = STEP_S * velocity
+            velocities[vehicle] = velocity
             self.lengths[vehicle] += STEP_S * math.sqrt(velocity @ velocity)
-        self.positions += moved
+        self.velocities = velocities
+        self.positions += STEP_S * velocities
 
     # When a vehicle took its last decision, s.
     def _decided(self, vehicle: int) -> float:
