@@ -7,17 +7,36 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.config import Problem, load
+from companion.config import MISSING, Problem, load
 from companion.config.options import option, section
-from companion.shapes import SHAPES, centred
+from companion.shapes import SHAPES, centred, tilted
 
 DECISION_PERIOD_S = 0.1  # of every companion: ten decisions a second
 
+SLOWER, FASTER = 0.7, 1.2  # s and f of eq 8: Table I
+
 _OWN_POINTS = "points"
+
+
+def _own_points() -> Any:
+    return option(
+        'Points of shape "points": lists of forward, right and, if wanted, down; or the name of a CSV file of them',
+        default=(),
+        low=-1000.0,
+        high=1000.0,
+        unit="m",
+        lengths=(2, 3),
+        csv=True,
+    )
+
+
+def _tilt(meaning: str) -> Any:
+    return option(meaning, default=0.0, low=-90.0, high=90.0, unit="deg")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,16 +48,70 @@ class FormationConfig:
         "Number of points; as many as vehicles when absent", default=None, low=1, high=1000
     )
     spacing_m: float = option("Distance between neighbouring points", default=5.0, low=1.0, high=100.0, unit="m")
-    points_m: tuple[tuple[float, ...], ...] = option(
-        'Points of shape "points": lists of forward, right and, if wanted, down',
-        default=(),
-        low=-1000.0,
-        high=1000.0,
-        unit="m",
-        lengths=(2, 3),
-    )
+    points_m: tuple[tuple[float, ...], ...] = _own_points()
+    pitch_deg: float = _tilt("Tilt of the shape: points ahead lie higher")
+    roll_deg: float = _tilt("Tilt of the shape: points to starboard lie deeper")
     form: str = option("Form of the competition", default="price", choices=("price", "som", "paper"))
     exponent: float = option("Exponent p of the cost of a distance", default=1.2, low=1.0, high=2.0)
+    slower: tuple[int, ...] = option("Points, from 0, that are to be reached slower (s of eq 8)", default=(), low=0)
+    faster: tuple[int, ...] = option("Points, from 0, that are to be reached faster (f of eq 8)", default=(), low=0)
+    slower_factor: float = option(
+        "s of eq 8: share of the usual approach speed toward slower points", default=SLOWER, above=0.0, high=1.0
+    )
+    faster_factor: float = option(
+        "f of eq 8: the same toward faster points, as far as top speed allows", default=FASTER, low=1.0, high=3.0
+    )
+
+    def problems(self) -> Iterator[Problem]:
+        """The checks between settings."""
+        yield from _own_points_problems(self.shape, self.points_m)
+        if self.shape == _OWN_POINTS and self.point_count not in (None, len(self.points_m)):
+            must = f"must be absent or the length of points_m ({len(self.points_m)})"
+            yield Problem("", "point_count", self.point_count, must)
+        for point in sorted(set(self.slower) & set(self.faster)):
+            yield Problem("", "faster", list(self.faster), f"point {point} must not be in slower as well")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransformConfig:
+    """One change of shape, in the order in which they happen; each needs a place (at_m) or a time (at_s).
+
+    Points go straight to their places in the new shape, all arriving at once; with jump, they are there at once and
+    vehicles compete for them anew.
+    """
+
+    shape: str = option("Shape that the formation takes", choices=(*SHAPES, _OWN_POINTS))
+    spacing_m: float | None = option(
+        "Distance between neighbouring points; that of [formation] when absent",
+        default=None,
+        low=1.0,
+        high=100.0,
+        unit="m",
+    )
+    points_m: tuple[tuple[float, ...], ...] = _own_points()
+    pitch_deg: float = _tilt("Tilt of the shape: points ahead lie higher")
+    roll_deg: float = _tilt("Tilt of the shape: points to starboard lie deeper")
+    at_m: float | None = option(
+        "Where on its way the formation's centre is when it begins", default=None, low=0.0, high=1e6, unit="m"
+    )
+    at_s: float | None = option("When it begins by the mission's clock", default=None, low=0.0, high=1e6, unit="s")
+    duration_s: float | None = option(
+        "How long it takes; as short as the vehicles' speeds allow when absent",
+        default=None,
+        above=0.0,
+        high=86400.0,
+        unit="s",
+    )
+    jump: bool = option("Points jump to the new shape, as in the paper, instead of going there", default=False)
+
+    def problems(self) -> Iterator[Problem]:
+        """The checks between settings."""
+        yield from _own_points_problems(self.shape, self.points_m)
+        if (self.at_m is None) == (self.at_s is None):
+            text = "exactly one of at_m (a place on the path) and at_s (a time) must be given"
+            yield Problem("", "at_m", MISSING if self.at_m is None else self.at_m, text)
+        if self.jump and self.duration_s is not None:
+            yield Problem("", "duration_s", self.duration_s, "must be absent where points jump")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,19 +133,25 @@ class PathConfig:
         unit="deg",
     )
     waypoints_m: tuple[tuple[float, ...], ...] = option(
-        "Corners of the path after the origin: lists of north, east and, if it changes, down",
+        "Points of the path after the origin: lists of north, east and, if it changes, down; or the name of a CSV file",
         default=(),
         low=-1e4,
         high=1e4,
         unit="m",
         lengths=(2, 3),
+        csv=True,
+    )
+    curve: str = option(
+        "How the path joins its points: straight legs with arcs for corners, or a smooth curve through all of them",
+        default="legs",
+        choices=("legs", "spline"),
     )
     pace_mps: float = option(
         "Speed of the formation's centre over ground", default=0.35, above=0.0, high=2.0, unit="m/s"
     )
     turn: bool = option("Whether the formation turns with its path; else it keeps its heading", default=True)
     turn_radius_m: float = option(
-        "Radius of the centre's arc round a corner", default=12.0, above=0.0, high=1e3, unit="m"
+        "Radius of the centre's arc round a corner of legs", default=12.0, above=0.0, high=1e3, unit="m"
     )
     step_m: float = option(
         "Longest way a point may go between two decisions (lambda, eqs 9 and 10)",
@@ -110,6 +189,34 @@ class LimitsConfig:
         "Radius of the circle in which a vehicle waits on its point", default=1.9, low=0.0, high=50.0, unit="m"
     )
     safe_distance_m: float = option("Least distance between two vehicles", default=1.15, low=0.3, high=50.0, unit="m")
+    safe_length_m: float | None = option(
+        "Safe travelling length of a vehicle (S): a longer mission is warned of",
+        default=None,
+        above=0.0,
+        high=1e7,
+        unit="m",
+    )
+    max_length_m: float | None = option(
+        "Maximal travelling length of a vehicle (S_max): a longer mission is refused",
+        default=None,
+        above=0.0,
+        high=1e7,
+        unit="m",
+    )
+    forming_length_m: float | None = option(
+        "Way allowed for forming within S and S_max; as far as top speed takes a vehicle in forming_s when absent",
+        default=None,
+        low=0.0,
+        high=1e7,
+        unit="m",
+    )
+    current_mps: float = option(
+        "Strongest current expected: points are checked to stay within the vehicles' speeds in it",
+        default=0.0,
+        low=0.0,
+        high=2.0,
+        unit="m/s",
+    )
     depth_min_m: float = option("Least depth of a point", default=0.3, low=0.0, high=100.0, unit="m")
     depth_max_m: float = option("Greatest depth allowed", default=30.0, low=0.5, high=100.0, unit="m")
 
@@ -123,15 +230,34 @@ class Mission:
     vehicles: int = option("Number of vehicles", low=1, high=250)
     formation: FormationConfig = section("The shape and the competition for its points", FormationConfig)
     path: PathConfig = section("The way to travel", PathConfig)
+    transform: tuple[TransformConfig, ...] = option("Changes of shape, in the order in which they happen", default=())
     schedule: ScheduleConfig = section("The times of the phases", ScheduleConfig)
     limits: LimitsConfig = section("Abilities and bounds of the vehicles", LimitsConfig)
 
     def points(self) -> NDArray[np.float64]:
         """Points of the formation (L, 3), m, body of the formation (forward, right, down), about their mean."""
         shape = self.formation
-        if shape.shape == _OWN_POINTS:
-            return centred(np.array([(*point, 0.0)[:3] for point in shape.points_m]))
-        return centred(SHAPES[shape.shape](shape.point_count or self.vehicles, shape.spacing_m))
+        return _points(shape, shape.point_count or self.vehicles, shape.spacing_m)
+
+    def transformed(self, index: int) -> NDArray[np.float64]:
+        """Points as `points`, in the shape's own order, that transformation `index` leads to."""
+        shape = self.transform[index]
+        return _points(shape, len(self.points()), shape.spacing_m or self.formation.spacing_m)
+
+    def nearest_m(self) -> float:
+        """Least distance between two points in any shape of the mission, m; the spacing where there are no two."""
+        nearest = self.formation.spacing_m
+        for points in (self.points(), *map(self.transformed, range(len(self.transform)))):
+            apart = np.linalg.norm(points[:, None] - points[None], axis=2)[~np.eye(len(points), dtype=bool)]
+            nearest = min(nearest, float(apart.min(initial=math.inf)))
+        return nearest
+
+    def pace_factors(self) -> NDArray[np.float64]:
+        """Factor (L,) of the approach speed toward each point: s, 1 or f of eq 8."""
+        factors = np.ones(len(self.points()))
+        factors[list(self.formation.slower)] = self.formation.slower_factor
+        factors[list(self.formation.faster)] = self.formation.faster_factor
+        return factors
 
     def generator(self, vehicle: int, purpose: str) -> np.random.Generator:
         """The random numbers of one vehicle for one purpose, the same on every machine for the same mission."""
@@ -139,22 +265,16 @@ class Mission:
         return np.random.Generator(np.random.PCG64(np.random.SeedSequence(self.seed, spawn_key=key)))
 
     def problems(self) -> Iterator[Problem]:
-        """The checks between settings."""
-        shape = self.formation
-        if (shape.shape == _OWN_POINTS) != bool(shape.points_m):
-            must = 'must hold at least one point for shape "points", and be absent for any other shape'
-            yield Problem("formation", "points_m", list(shape.points_m), must)
-            return
-        if shape.shape == _OWN_POINTS and shape.point_count not in (None, len(shape.points_m)):
-            must = f"must be absent or the length of points_m ({len(shape.points_m)})"
-            yield Problem("formation", "point_count", shape.point_count, must)
-            return
-        points = self.points()
-        if self.vehicles < len(points):
-            yield Problem("", "vehicles", self.vehicles, f"must be at least the number of points ({len(points)})")
-        yield from _spacing_problems(self, points)
-        yield from _speed_problems(self, points)
-        yield from _path_problems(self, points)
+        """The checks between settings: what makes it impossible to fly."""
+        from companion.formation.checks import problems  # they work the journey out, and so read missions themselves
+
+        return problems(self)
+
+    def warnings(self) -> Iterator[Problem]:
+        """What can be flown but hardly be meant, of a mission without problems."""
+        from companion.formation.checks import warnings
+
+        return warnings(self)
 
 
 def load_mission(path: Path | str) -> Mission:
@@ -162,90 +282,15 @@ def load_mission(path: Path | str) -> Mission:
     return load(Mission, path)
 
 
-# Points must leave room between vehicles, and a step must not carry a point half-way to its neighbour.
-def _spacing_problems(mission: Mission, points: NDArray[np.float64]) -> Iterator[Problem]:
-    if len(points) < 2:
-        return
-    distances = np.linalg.norm(points[:, None] - points[None], axis=2) + np.diag(np.full(len(points), np.inf))
-    nearest = float(distances.min())
-    shape, safe = mission.formation, mission.limits.safe_distance_m
-    key, value = ("points_m", list(shape.points_m)) if shape.points_m else ("spacing_m", shape.spacing_m)
-    if nearest < safe - 1e-9:
-        i, j = np.unravel_index(int(distances.argmin()), distances.shape)
-        text = f"points {i} and {j} are {nearest:.3g} m apart, must be at least limits.safe_distance_m ({safe:g} m)"
-        yield Problem("formation", key, value, text)
-    if mission.path.step_m >= nearest / 2:
-        text = f"must be under half the distance of the nearest points ({nearest / 2:.3g} m), else vehicles swap points"
-        yield Problem("path", "step_m", mission.path.step_m, text)
+def _points(shape: FormationConfig | TransformConfig, count: int, spacing: float) -> NDArray[np.float64]:
+    if shape.shape == _OWN_POINTS:
+        points = np.array([(*point, 0.0)[:3] for point in shape.points_m])
+    else:
+        points = SHAPES[shape.shape](count, spacing)
+    return centred(tilted(points, math.radians(shape.pitch_deg), math.radians(shape.roll_deg)))
 
 
-# The fastest point of the formation must be no faster than a vehicle, in a turn too.
-def _speed_problems(mission: Mission, points: NDArray[np.float64]) -> Iterator[Problem]:
-    path, limits = mission.path, mission.limits
-    if limits.steerage_speed_mps >= limits.top_speed_mps:
-        text = f"must be under top_speed_mps ({limits.top_speed_mps:g} m/s)"
-        yield Problem("limits", "steerage_speed_mps", limits.steerage_speed_mps, text)
-    if not path.waypoints_m:
-        return
-    if path.pace_mps > limits.top_speed_mps:
-        text = f"must be at most limits.top_speed_mps ({limits.top_speed_mps:g} m/s)"
-        yield Problem("path", "pace_mps", path.pace_mps, text)
-        return
-    fastest = path.pace_mps
-    if path.turn and len(_turns(path)) and np.abs(_turns(path)).max() > 1e-6:
-        # Rigid turn at the rate pace / radius: the speed of a point is that rate times its distance from the pivot.
-        pivots = [np.hypot(points[:, 0], path.turn_radius_m + side * points[:, 1]).max() for side in (1.0, -1.0)]
-        fastest = path.pace_mps * float(max(pivots)) / path.turn_radius_m
-        if fastest > limits.top_speed_mps:
-            text = (
-                f"the outer point goes {fastest:.3g} m/s in a turn at pace_mps = {path.pace_mps:g}, "
-                f"must be at most limits.top_speed_mps ({limits.top_speed_mps:g} m/s): widen the turn or slow down"
-            )
-            yield Problem("path", "turn_radius_m", path.turn_radius_m, text)
-    if fastest * DECISION_PERIOD_S > path.step_m:
-        text = f"must be at least the way of the fastest point in {DECISION_PERIOD_S:g} s"
-        yield Problem("path", "step_m", path.step_m, f"{text} ({fastest * DECISION_PERIOD_S:.3g} m)")
-
-
-# Every leg must hold the arcs of its two corners, and every point must stay within the depths allowed.
-def _path_problems(mission: Mission, points: NDArray[np.float64]) -> Iterator[Problem]:
-    path, limits = mission.path, mission.limits
-    corners = path.corners()
-    legs = np.linalg.norm(np.diff(corners[:, :2], axis=0), axis=1)
-    if (legs <= 1e-6).any():
-        index = int(np.argmax(legs <= 1e-6))
-        text = "must lie away from the corner before it (path too short)"
-        yield Problem("path", f"waypoints_m[{index}]", list(path.waypoints_m[index]), text)
-        return
-    turns = _turns(path)
-    if len(turns) and np.abs(turns).max() > math.radians(170):
-        index = int(np.abs(turns).argmax())
-        text = f"must not turn the path by more than 170 deg (it does by {abs(math.degrees(turns[index])):.0f} deg)"
-        yield Problem("path", f"waypoints_m[{index}]", list(path.waypoints_m[index]), text)
-        return
-    arcs = np.concatenate(([0.0], path.turn_radius_m * np.tan(np.abs(turns) / 2), [0.0]))
-    for index, leg in enumerate(legs):
-        need = arcs[index] + arcs[index + 1]
-        if leg < need - 1e-9:
-            text = f"leg of {leg:.3g} m is too short for its arcs, must be at least {need:.3g} m (or turn tighter)"
-            yield Problem("path", f"waypoints_m[{index}]", list(path.waypoints_m[index]), text)
-    depths = corners[:, 2][:, None] + points[:, 2]
-    for index, row in enumerate(depths):
-        if row.min() < limits.depth_min_m or row.max() > limits.depth_max_m:
-            key, value = (
-                ("origin_m", path.origin_m)
-                if index == 0
-                else (f"waypoints_m[{index - 1}]", path.waypoints_m[index - 1])
-            )
-            text = (
-                f"points reach from {row.min():.3g} to {row.max():.3g} m depth, "
-                f"must be from {limits.depth_min_m:g} to {limits.depth_max_m:g} m (limits.depth_min_m, depth_max_m)"
-            )
-            yield Problem("path", key, list(value), text)
-
-
-# How far the path turns at each inner corner (W - 1,), rad, positive to starboard.
-def _turns(path: PathConfig) -> NDArray[np.float64]:
-    legs = np.diff(path.corners()[:, :2], axis=0)
-    headings = np.arctan2(legs[:, 1], legs[:, 0])
-    return np.asarray((np.diff(headings) + np.pi) % (2 * np.pi) - np.pi)
+def _own_points_problems(shape: str, points: tuple[tuple[float, ...], ...]) -> Iterator[Problem]:
+    if (shape == _OWN_POINTS) != bool(points):
+        must = 'must hold at least one point for shape "points", and be absent for any other shape'
+        yield Problem("", "points_m", list(points), must)

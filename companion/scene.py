@@ -101,6 +101,7 @@ class Decision:
     target_velocity: Vector
     tracking_error: float | None
     reason: str = ""
+    pace_factor: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

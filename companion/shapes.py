@@ -1,7 +1,8 @@
-"""The shapes of a formation as lists of points: triangle, line, column, wedge, diamond, polygon.
+"""The shapes of a formation as lists of points: triangle, line, column, wedge, diamond, polygon, tetrahedron.
 
-Every function returns (count, 3) metres, body of the formation (forward, right, down), in one plane (down = 0), not yet
-centred, points at least `spacing` apart. The formation moves forward along its first axis.
+Every function returns (count, 3) metres, body of the formation (forward, right, down), not yet centred, points at least
+`spacing` apart. All but the tetrahedron lie in one plane (down = 0), which `tilted` brings out of the horizontal. The
+formation moves forward along its first axis.
 """
 
 from __future__ import annotations
@@ -57,6 +58,23 @@ def polygon(count: int, spacing: float) -> Points:
     return np.array([(radius * math.cos(angle), radius * math.sin(angle), 0.0) for angle in angles])
 
 
+def tetrahedron(count: int, spacing: float) -> Points:
+    """Layers of 1, 3, 6, ... points across the way, packed like spheres, tip ahead; the last fills from its middle."""
+    points: list[tuple[float, float, float]] = []
+    layer = 0
+    while len(points) < count:
+        corners = [
+            ((j - i / 2) * spacing, (i - layer * 2 / 3) * spacing * math.sqrt(3) / 2)
+            for i in range(layer + 1)
+            for j in range(i + 1)
+        ]
+        corners.sort(key=lambda corner: (round(math.hypot(*corner), 9), corner))
+        ahead = -layer * spacing * math.sqrt(2 / 3)
+        points += [(ahead, right, down) for right, down in corners[: count - len(points)]]
+        layer += 1
+    return np.array(points)
+
+
 SHAPES: dict[str, Callable[[int, float], Points]] = {
     "triangle": triangle,
     "line": line,
@@ -64,9 +82,21 @@ SHAPES: dict[str, Callable[[int, float], Points]] = {
     "wedge": wedge,
     "diamond": diamond,
     "polygon": polygon,
+    "tetrahedron": tetrahedron,
 }
 
 
 def centred(points: Points) -> Points:
     """The same points about their mean."""
     return np.asarray(points - points.mean(axis=0))
+
+
+def tilted(points: Points, pitch: float, roll: float) -> Points:
+    """The same points after a roll (starboard side down) and then a pitch (what is ahead up), both rad."""
+    forward, right, down = points.T
+    right, down = right * math.cos(roll) - down * math.sin(roll), right * math.sin(roll) + down * math.cos(roll)
+    forward, down = (
+        forward * math.cos(pitch) + down * math.sin(pitch),
+        down * math.cos(pitch) - forward * math.sin(pitch),
+    )
+    return np.stack((forward, right, down), axis=1)

@@ -122,8 +122,14 @@ class _Reader:
 
     def sequence(self, hint: Any, value: Any, section: str, key: str, declared: Option) -> Any:
         arguments = typing.get_args(hint)
-        if not isinstance(value, list):
-            return self.complain(section, key, value, "a list, written [a, b, ...]", declared)
+        tables = dataclasses.is_dataclass(arguments[0])
+        if declared.csv and isinstance(value, str):
+            value = self.rows(value, section, key, declared)
+            if value is _BAD:
+                return _BAD
+        if not isinstance(value, list) or (tables and not all(isinstance(item, dict) for item in value)):
+            must = f"tables, each written [[{key}]]" if tables else "a list, written [a, b, ...]"
+            return self.complain(section, key, value, must, declared)
         if arguments[-1] is not Ellipsis:
             if len(value) != len(arguments):
                 return self.complain(section, key, value, f"a list of {len(arguments)} values", declared)
@@ -141,6 +147,26 @@ class _Reader:
             else:
                 built.append(self.value(item_hint, item, section, name, declared))
         return tuple(built)
+
+    def rows(self, name: str, section: str, key: str, declared: Option) -> Any:
+        """The lists of numbers in a file of comma-separated values; blank lines, # lines and a line of names go by."""
+        try:
+            lines = (self.base / name).read_text(encoding="utf-8-sig").splitlines()
+        except (OSError, ValueError) as error:
+            why = getattr(error, "strerror", None) or "it is no text"
+            return self.complain(section, key, name, f"a list, or the name of a file that can be read: {why}", declared)
+        found: list[list[float]] = []
+        named = False
+        for number, line in enumerate(lines, 1):
+            if not line.strip() or line.lstrip().startswith("#"):
+                continue
+            try:
+                found.append([float(cell) for cell in line.split(",")])
+            except ValueError:
+                if found or named:
+                    return self.complain(section, key, name, f"a file of numbers, line {number} is not", declared)
+                named = True
+        return found
 
     def mapping(self, hint: Any, value: Any, section: str, key: str, declared: Option) -> Any:
         inner = f"{section}.{key}" if section else key

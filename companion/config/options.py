@@ -5,9 +5,9 @@
         depth_max_m: float = option("Greatest depth allowed", default=30.0, low=0.5, high=100.0, unit="m")
 
 Types that a file can hold: bool, int, float, str, Path (relative to the file), datetime (with offset), tuple[T, ...],
-fixed tuples such as tuple[float, float], dict[str, T], another such dataclass (a table), tuple[dataclass, ...] (an
-array), and `T | None` (None when the key is absent). A method `problems(self) -> Iterable[Problem]` of a dataclass
-holds the checks between its settings; sections are named relative to it.
+fixed tuples such as tuple[float, float], dict[str, T], another such dataclass (a table), tuple[dataclass, ...] (a list
+of tables, each written [[key]]), and `T | None` (None when the key is absent). A method `problems(self) ->
+Iterable[Problem]` of a dataclass holds the checks between its settings; sections are named relative to it.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ class Option:
     pattern: str = ""
     least: int = 0
     lengths: tuple[int, ...] = ()
+    csv: bool = False
 
     def expectation(self) -> str:
         """What a value must be, for errors and documentation: "from 0.5 to 100 m"."""
@@ -64,13 +65,15 @@ def option(
     pattern: str = "",
     least: int = 0,
     lengths: Sequence[int] = (),
+    csv: bool = False,
 ) -> Any:
     """Declares a setting.
 
     `above` is an exclusive lower bound, `pattern` a regular expression that a string matches whole, `least` the least
-    number of entries of a list, `lengths` the lengths allowed for the lists inside a list.
+    number of entries of a list, `lengths` the lengths allowed for the lists inside a list. A list of lists of numbers
+    with `csv` may stand in a file of its own, one list a line, that the value names.
     """
-    declared = Option(meaning, unit, low, high, above, tuple(choices), pattern, least, tuple(lengths))
+    declared = Option(meaning, unit, low, high, above, tuple(choices), pattern, least, tuple(lengths), csv)
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: dict(default), metadata={_KEY: declared})
     return dataclasses.field(default=default, metadata={_KEY: declared})

@@ -43,6 +43,8 @@ class Formation:
         self.virtual = VirtualFormation(mission)
         self._tuning = tuning or Tuning.derive(mission)
         self._form = mission.formation.form
+        self._som = replace(SOM if self._form == "som" else PAPER, max_sweeps=SWEEPS, **_som_settings(mission))
+        self._pace: list[float] = mission.pace_factors().tolist()
         self._seed = mission.seed
         count = len(mission.points())
         order = np.random.default_rng((mission.seed, 0x50)).permutation(count)
@@ -74,7 +76,8 @@ class Formation:
             return self._hold(virtual, "no free point")
         target = virtual.points[point]
         error = math.dist(senses.me.position, points[point])
-        return Decision(virtual.phase, point, virtual.points, target, virtual.velocities[point], error)
+        pace = self._pace[point]
+        return Decision(virtual.phase, point, virtual.points, target, virtual.velocities[point], error, "", pace)
 
     def _choose(self, now: float, senses: Senses, points: list[Point]) -> int | None:
         state, tuning = self._state, self._tuning
@@ -97,12 +100,13 @@ class Formation:
 
     # Algorithm 1 as it is, for comparison, among those in sight; a point not won this time stays as it was.
     def _organise(self, chosen: list[int], points: list[Point], vehicles: list[Point], me: int) -> int | None:
-        settings = replace(SOM if self._form == "som" else PAPER, max_sweeps=SWEEPS)
         inputs = np.array([points[i] for i in chosen])
-        outcome = organise(inputs, np.array(vehicles), settings, (self._seed, 0x50))
+        urgency = np.array([self._pace[i] - 1.0 for i in chosen])
+        outcome = organise(inputs, np.array(vehicles), self._som, (self._seed, 0x50), urgency=urgency)
         return chosen[outcome.winner.index(me)] if me in outcome.winner else self._state.point
 
-    # A clock that jumps, either way, makes nonsense of where the points are: hold until it runs on evenly.
+    # A clock that jumps, either way, makes nonsense of where the points are: hold until it runs on evenly. Points that
+    # jump as the mission says are new points, of which nothing is known; their centre goes on evenly.
     def _clock(self, now: float, virtual: VirtualState) -> str:
         if not math.isfinite(now):
             return "clock is not finite"
@@ -110,6 +114,9 @@ class Formation:
         if last is not None:
             self._elapsed = now - last[0]
             moved = np.abs(virtual.points - last[1].points).max()
+            if virtual.jumps != last[1].jumps:
+                self._state = _State(Memory.blank(len(self._rank)), looks=self._state.looks)
+                moved = np.abs(virtual.points.mean(axis=0) - last[1].points.mean(axis=0)).max()
             if self._elapsed < 0.0 or moved > self._tuning.step_m:
                 self._forget()
                 self._settled = now + self._tuning.settle_s
@@ -136,3 +143,11 @@ class Formation:
 
     def _hold(self, virtual: VirtualState, reason: str) -> Decision:
         return Decision(virtual.phase, self._state.point, virtual.points, None, np.zeros(3), None, reason)
+
+
+# What the mission says of Algorithm 1's settings: s and f, and S and S_max where it has them.
+def _som_settings(mission: Mission) -> dict[str, float]:
+    formation, limits = mission.formation, mission.limits
+    lengths = {"safe_length_m": limits.safe_length_m, "max_length_m": limits.max_length_m}
+    given = {name: length for name, length in lengths.items() if length is not None}
+    return {"slower": formation.slower_factor, "faster": formation.faster_factor, **given}

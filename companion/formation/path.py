@@ -1,8 +1,9 @@
-"""The way of the formation's centre: straight legs joined by arcs, with the heading the formation has along it."""
+"""The way of the formation's centre, legs joined by arcs or a smooth curve, with the formation's heading along it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,14 +37,42 @@ def round_corners(corners: Array, radius: float, step: float, heading: float | N
     start, None for the first leg's; from another one it turns to the tangent while it travels, by at most one
     radian in `radius`. Raises ValueError where the way turns straight back.
     """
-    kept = [corners[0]]
-    kept += [
-        corner for corner, leg in zip(corners[1:], np.diff(corners, axis=0), strict=True) if leg @ leg > _LEAST_LEG**2
-    ]
+    kept = _apart(corners)
+    return _track(_pieces(kept, radius, step) if len(kept) > 1 else [], kept[0], radius, heading)
+
+
+def through(corners: Array, radius: float, step: float, heading: float | None) -> Track:
+    """The smooth curve through all of `corners` (C, 3) m, sampled every `step` m or less.
+
+    A natural cubic spline over the lengths of the chords: its curvature has no steps. `radius` m and `heading` as in
+    round_corners; the radius is none of the curve's.
+    """
+    kept = _apart(corners)
+    return _track(_spline(kept, step) if len(kept) > 1 else [], kept[0], radius, heading)
+
+
+def with_stops(track: Track, places: Sequence[float]) -> Track:
+    """The same track with two more samples at each of the places, m along it."""
+    if not places:
+        return track
+    along = np.sort(np.concatenate((track.along, np.repeat(places, 2))))
+    rows = np.column_stack((track.position, track.tangent, track.heading, track.turning))
+    rows = np.column_stack([np.interp(along, track.along, column) for column in rows.T])
+    tangent = rows[:, 3:6] / np.linalg.norm(rows[:, 3:6], axis=1)[:, None]
+    return Track(along, rows[:, :3], tangent, rows[:, 6], rows[:, 7])
+
+
+# Corners (C, 3) without those that repeat the one before.
+def _apart(corners: Array) -> Array:
+    legs = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    return np.asarray(corners[np.concatenate(((True,), legs > _LEAST_LEG))])
+
+
+# A track from pieces of positions (K, 3) and tangents (K, 3) that join; without any, it stays at `place`.
+def _track(pieces: list[tuple[Array, Array]], place: Array, radius: float, heading: float | None) -> Track:
     start = heading if heading is not None else 0.0
-    if len(kept) < 2:
-        return Track(np.zeros(1), kept[0][None, :], np.array([[1.0, 0.0, 0.0]]), np.array([start]), np.zeros(1))
-    pieces = _pieces(np.array(kept), radius, step)
+    if not pieces:
+        return Track(np.zeros(1), place[None, :], np.array([[1.0, 0.0, 0.0]]), np.array([start]), np.zeros(1))
     position = np.concatenate([piece[0] for piece in pieces])
     tangent = np.concatenate([piece[1] for piece in pieces])
     length = np.linalg.norm(np.diff(position, axis=0), axis=1)
@@ -51,12 +80,14 @@ def round_corners(corners: Array, radius: float, step: float, heading: float | N
     position, tangent = position[new], tangent[new]
     along = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(position, axis=0), axis=1))))
     course = _course(tangent, start)
-    eased = _eased(along, course, EASE * radius)
+    eased, turning = _eased(along, course, EASE * radius)
     if heading is not None:
         off = math.remainder(heading - eased[0], math.tau)
         way = max(abs(off) * radius * math.pi / 2.0, _LEAST_LEG)
-        eased = eased + off * 0.5 * (1.0 + np.cos(math.pi * np.minimum(along / way, 1.0)))
-    return Track(along, position, tangent, eased, np.gradient(eased, along))
+        angle = math.pi * np.minimum(along / way, 1.0)
+        eased = eased + off * 0.5 * (1.0 + np.cos(angle))
+        turning = turning - off * 0.5 * math.pi / way * np.sin(angle)
+    return Track(along, position, tangent, eased, turning)
 
 
 # Straight legs and arcs in turn: positions (K, 3) and tangents (K, 3) of each.
@@ -100,6 +131,37 @@ def _arc(first: Array, before: Array, after: Array, radius: float, step: float) 
     return first + radius * (sine * before + (1.0 - cosine) * inward), cosine * before + sine * inward
 
 
+# Pieces of the natural cubic spline through corners (C, 3), over the lengths of its chords.
+def _spline(corners: Array, step: float) -> list[tuple[Array, Array]]:
+    chords = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    slopes = np.diff(corners, axis=0) / chords[:, None]
+    bends = _bends(chords, slopes)
+    pieces: list[tuple[Array, Array]] = []
+    for i, chord in enumerate(chords.tolist()):
+        first, last = bends[i], bends[i + 1]
+        linear = slopes[i] - chord * (2.0 * first + last) / 6.0
+        longest = chord * float(np.linalg.norm(slopes[i]) + chord * np.linalg.norm([first, last], axis=1).max())
+        t = np.linspace(0.0, chord, max(math.ceil(longest / step), 1) + 1)[:, None]
+        cube = (last - first) / chord
+        position = corners[i] + t * (linear + t * (first / 2.0 + t * cube / 6.0))
+        tangent = linear + t * (first + t * cube / 2.0)
+        pieces.append((position, tangent / np.maximum(np.linalg.norm(tangent, axis=1), 1e-12)[:, None]))
+    return pieces
+
+
+# Second derivatives (C, 3) of the spline at its corners: Thomas' algorithm for the tridiagonal system.
+def _bends(chords: Array, slopes: Array) -> Array:
+    bends = np.zeros((len(chords) + 1, 3))
+    right, above = np.zeros_like(bends), np.zeros(len(bends))
+    for i in range(1, len(chords)):
+        diagonal = 2.0 * (chords[i - 1] + chords[i]) - chords[i - 1] * above[i - 1]
+        above[i] = chords[i] / diagonal
+        right[i] = (6.0 * (slopes[i] - slopes[i - 1]) - chords[i - 1] * right[i - 1]) / diagonal
+    for i in range(len(chords) - 1, 0, -1):
+        bends[i] = right[i] - above[i] * bends[i + 1]
+    return bends
+
+
 # Direction of the tangent in the horizontal, unwrapped; where the way is vertical, what it was before.
 def _course(tangent: Array, start: float) -> Array:
     level = np.hypot(tangent[:, 0], tangent[:, 1]) > 1e-6
@@ -110,10 +172,13 @@ def _course(tangent: Array, start: float) -> Array:
     return unwrapped
 
 
-# The mean of the course over `width` m before and after: its rate of change then has no steps.
-def _eased(along: Array, course: Array, width: float) -> Array:
+# The mean of the course over `width` m before and after, whose rate of change has no steps, and that rate.
+def _eased(along: Array, course: Array, width: float) -> tuple[Array, Array]:
     area = np.concatenate(((0.0,), np.cumsum(0.5 * (course[1:] + course[:-1]) * np.diff(along))))
-    half = np.minimum(np.minimum(0.5 * width, along), along[-1] - along)
-    ends = np.interp(along + half, along, area) - np.interp(along - half, along, area)
-    eased: Array = np.where(half > 1e-6, ends / np.maximum(2.0 * half, 1e-6), course)
-    return eased
+    left = along[-1] - along
+    half = np.maximum(np.minimum(np.minimum(0.5 * width, along), left), 1e-3)
+    widening = np.where(half < along, 0.0, 1.0) - np.where(half < left, 0.0, 1.0)  # the rate of change of half
+    before, after = np.maximum(along - half, 0.0), np.minimum(along + half, along[-1])
+    mean = (np.interp(after, along, area) - np.interp(before, along, area)) / (after - before)
+    ends = np.interp(after, along, course) * (1.0 + widening) - np.interp(before, along, course) * (1.0 - widening)
+    return mean, (ends - 2.0 * widening * mean) / (2.0 * half)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.mission import FASTER, SLOWER
+
 Array = NDArray[np.float64]
 
 _EARTH_M = 4e7  # once round the Earth
@@ -39,8 +41,8 @@ class SomSettings:
     """
 
     gain: float = 0.5  # alpha, of eq 6
-    slower: float = 0.7  # s, of eq 8: for points to be reached later
-    faster: float = 1.2  # f, of eq 8: for points to be reached sooner
+    slower: float = SLOWER  # s, of eq 8: for points to be reached later
+    faster: float = FASTER  # f, of eq 8: for points to be reached sooner
     radius_m: float = 5.0  # gamma, of eq 4
     breadth_m: float = 5.0  # Go, of eq 4
     decay: float = 0.2  # mu, of eq 4: G(t) = (1 - mu)^t Go, with t counting sweeps

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from companion.mission import Mission
 
 
@@ -46,9 +44,7 @@ class Tuning:
     @staticmethod
     def derive(mission: Mission, waiting_radius_m: float | None = None) -> Tuning:
         """The constants of a mission; a radius other than its own is 0 for vehicles that can stand still."""
-        points = mission.points()
-        apart = np.linalg.norm(points[:, None] - points[None], axis=2)[~np.eye(len(points), dtype=bool)]
-        spacing = float(apart.min(initial=mission.formation.spacing_m))
+        spacing = mission.nearest_m()
         limits = mission.limits
         circling_m = limits.waiting_radius_m if waiting_radius_m is None else waiting_radius_m
         return Tuning(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -69,6 +69,7 @@ class Guidance:
         if reason or scene.own is None or decision.target is None:
             return self._hold(scene, reason)
         preferred, mode = self._prefer(now, scene.own, decision)
+        preferred = self._hurry(scene.own, decision, preferred)
         if now < self._escape_until:
             mode, preferred = Mode.ESCAPE, steering.Course(self._escape_heading, self._limits.top_speed_mps)
         choice = self._barrier.choose(scene.own, preferred, self._hazards(scene))
@@ -122,6 +123,18 @@ class Guidance:
         yaw, track = own.attitude.yaw, self._config.track
         course = steering.follow(position, yaw, target, velocity, acceleration, current, steerage, top, track)
         return course, Mode.FOLLOW
+
+    def _hurry(self, own: OwnPose, decision: Decision, course: steering.Course) -> steering.Course:
+        """On the way to the point, closes on it faster or slower than usual if the mission says so (s and f, eq 8)."""
+        assert decision.target is not None
+        near = self._config.wait.near_radii * max(self._limits.waiting_radius_m, self._config.hull.turning_radius_m)
+        away = math.hypot(*(own.position - decision.target)[:2].tolist())
+        own_pace = math.hypot(*decision.target_velocity[:2].tolist())
+        if not 0.0 < decision.pace_factor < WORLD_M or away < near or course.speed <= own_pace:
+            return course
+        speed = own_pace + decision.pace_factor * (course.speed - own_pace)
+        speed = min(max(speed, self._limits.steerage_speed_mps), self._limits.top_speed_mps)
+        return replace(course, speed=speed)
 
     def _hazards(self, scene: Scene) -> Iterator[Hazard]:
         safe = self._limits.safe_distance_m + self._config.barrier.margin_m

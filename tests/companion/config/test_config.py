@@ -65,7 +65,7 @@ def outcome(table: dict[str, Any]) -> tuple[Mission | None, tuple[str, ...]]:
         (
             'vehicles = 6\n[formation]\nshape = "triangel"',
             'f.toml: [formation] shape = "triangel": must be one of triangle, line, column, wedge, diamond, polygon, '
-            "points; did you mean triangle?",
+            "tetrahedron, points; did you mean triangle?",
         ),
         (
             "vehicles = 6\n[formation]\nspacing_m = nan",
@@ -102,14 +102,14 @@ def outcome(table: dict[str, Any]) -> tuple[Mission | None, tuple[str, ...]]:
             "f.toml: [path] pace_mps = 0.8: must be at most limits.top_speed_mps (0.65 m/s)",
         ),
         (
-            "vehicles = 6\n[path]\nwaypoints_m = [[40, 0], [40, 40]]\nturn_radius_m = 4",
-            "f.toml: [path] turn_radius_m = 4: the outer point goes 0.827 m/s in a turn at pace_mps = 0.35, "
-            "must be at most limits.top_speed_mps (0.65 m/s): widen the turn or slow down",
+            "vehicles = 6\n[path]\nwaypoints_m = [[40, 0], [40, 40]]\nturn_radius_m = 0.1",
+            "f.toml: [path] turn_radius_m = 0.1: the outer point goes 0.864 m/s in a turn, 40 m along the path, "
+            "however slow the centre, must be at most 0.52 m/s: turn wider or bring points nearer",
         ),
         (
             "vehicles = 6\n[path]\nwaypoints_m = [[40, 0], [40, 8], [0, 8]]",
             "f.toml: [path] waypoints_m[1] = [40, 8]: leg of 8 m is too short for its arcs, must be at least 24 m "
-            "(or turn tighter)",
+            '(or turn tighter, or curve = "spline")',
         ),
         (
             "vehicles = 6\n[path]\norigin_m = [0, 0, 40]",
