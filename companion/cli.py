@@ -9,8 +9,6 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from companion.config import ConfigError, load
 from companion.config.vehicle import VehicleConfig, load_vehicle
 from companion.mission import Mission, load_mission
@@ -100,9 +98,9 @@ def _check(files: Sequence[Path]) -> int:
                 print(
                     f"{path}: vehicle {vehicle.vehicle} on {vehicle.serial.port} at {vehicle.serial.baud} bit/s, good"
                 )
-                print(f"{vehicle.mission}: {_describe(mission)}, good")
+                _show(vehicle.mission, mission)
             else:
-                print(f"{path}: {_describe(load_mission(path))}, good")
+                _show(path, load_mission(path))
         except ConfigError as error:
             complaints += error.lines
     if complaints:
@@ -128,13 +126,27 @@ def _load_both(path: Path) -> tuple[VehicleConfig, Mission]:
     return vehicle, mission
 
 
-def _describe(mission: Mission) -> str:
-    points, corners = mission.points(), mission.path.corners()
-    length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
-    return (
-        f'mission "{mission.name}", {mission.vehicles} vehicles for {len(points)} points ({mission.formation.shape}), '
-        f"path of {length:.0f} m at {mission.path.pace_mps:g} m/s"
+# Says what a good mission asks for, when it changes its shape, and what is worth a second thought.
+def _show(path: Path, mission: Mission) -> None:
+    from companion.formation import VirtualFormation
+
+    virtual = VirtualFormation(mission)
+    print(
+        f'{path}: mission "{mission.name}", {mission.vehicles} vehicles for {len(mission.points())} points '
+        f"({mission.formation.shape}), path of {virtual.length_m:.0f} m at {mission.path.pace_mps:g} m/s, "
+        f"until {virtual.end_s:.0f} s, good"
     )
+    for config, span in zip(mission.transform, virtual.spans, strict=True):
+        begin, end = (f"{value:.1f}" for value in (span.first, span.last))
+        unit = "s" if span.stands else "m of the path"
+        when = (
+            f"jumps to {config.shape} at {begin} {unit}"
+            if config.jump
+            else f"{config.shape} from {begin} to {end} {unit}"
+        )
+        print(f"{path}: transformation: {when}")
+    for warning in mission.warnings():
+        print(f"shoal: warning: {warning.line(str(path))}", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -73,13 +73,17 @@ def settings(kind: type, place: str = "") -> list[str]:
     hints, rows, tables = typing.get_type_hints(kind), [], []
     for field in dataclasses.fields(kind):
         hint, option = hints[field.name], declaration(field)
+        inner = f"{place.strip('[]')}.{field.name}".lstrip(".")
         if dataclasses.is_dataclass(hint):
-            tables += settings(typing.cast(type, hint), f"{place}.{field.name}".lstrip("."))
+            tables += settings(typing.cast(type, hint), f"[{inner}]")
+            continue
+        if any(dataclasses.is_dataclass(part) for part in typing.get_args(hint)):
+            tables += settings(typing.get_args(hint)[0], f"[[{inner}]]")
             continue
         default = "required" if required(field) else f"`{default_of(field)}`"
         spelled = hint.__name__ if isinstance(hint, type) and not typing.get_args(hint) else str(hint)
         rows.append([f"`{field.name}`", spelled, default, option.expectation(), option.meaning])
-    head = [f"## [{place}]", ""] if place else []
+    head = [f"## {place}", ""] if place else []
     says = [" ".join((kind.__doc__ or "").split()), ""]
     return [*head, *says, *table(["key", "type", "default", "must be", "meaning"], rows), *tables]
 

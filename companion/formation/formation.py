@@ -9,7 +9,7 @@ import numpy as np
 
 from companion.formation import rules
 from companion.formation.rules import Look, Memory, Point, Senses
-from companion.formation.som import PAPER, SOM, organise
+from companion.formation.som import PAPER, SOM, SomSettings, organise
 from companion.formation.tuning import Tuning
 from companion.formation.virtual import VirtualFormation, VirtualState
 from companion.mission import Mission
@@ -43,7 +43,7 @@ class Formation:
         self.virtual = VirtualFormation(mission)
         self._tuning = tuning or Tuning.derive(mission)
         self._form = mission.formation.form
-        self._som = replace(SOM if self._form == "som" else PAPER, max_sweeps=SWEEPS, **_som_settings(mission))
+        self._som = _algorithm(mission)
         self._pace: list[float] = mission.pace_factors().tolist()
         self._seed = mission.seed
         count = len(mission.points())
@@ -115,7 +115,7 @@ class Formation:
             self._elapsed = now - last[0]
             moved = np.abs(virtual.points - last[1].points).max()
             if virtual.jumps != last[1].jumps:
-                self._state = _State(Memory.blank(len(self._rank)), looks=self._state.looks)
+                self._forget()
                 moved = np.abs(virtual.points.mean(axis=0) - last[1].points.mean(axis=0)).max()
             if self._elapsed < 0.0 or moved > self._tuning.step_m:
                 self._forget()
@@ -145,9 +145,15 @@ class Formation:
         return Decision(virtual.phase, self._state.point, virtual.points, None, np.zeros(3), None, reason)
 
 
-# What the mission says of Algorithm 1's settings: s and f, and S and S_max where it has them.
-def _som_settings(mission: Mission) -> dict[str, float]:
+# Algorithm 1 with what the mission says of it: s and f, and S and S_max where it has them.
+def _algorithm(mission: Mission) -> SomSettings:
+    base = PAPER if mission.formation.form == "paper" else SOM
     formation, limits = mission.formation, mission.limits
-    lengths = {"safe_length_m": limits.safe_length_m, "max_length_m": limits.max_length_m}
-    given = {name: length for name, length in lengths.items() if length is not None}
-    return {"slower": formation.slower_factor, "faster": formation.faster_factor, **given}
+    return replace(
+        base,
+        max_sweeps=SWEEPS,
+        slower=formation.slower_factor,
+        faster=formation.faster_factor,
+        safe_length_m=limits.safe_length_m or base.safe_length_m,
+        max_length_m=limits.max_length_m or base.max_length_m,
+    )

@@ -103,7 +103,7 @@ def outcome(table: dict[str, Any]) -> tuple[Mission | None, tuple[str, ...]]:
         ),
         (
             "vehicles = 6\n[path]\nwaypoints_m = [[40, 0], [40, 40]]\nturn_radius_m = 0.1",
-            "f.toml: [path] turn_radius_m = 0.1: the outer point goes 0.864 m/s in a turn, 40 m along the path, "
+            "f.toml: [path] turn_radius_m = 0.1: the outer point goes 1.03 m/s in a turn, 40 m along the path, "
             "however slow the centre, must be at most 0.52 m/s: turn wider or bring points nearer",
         ),
         (
