@@ -129,6 +129,8 @@ def _run(options: argparse.Namespace) -> int:
     if not 0 <= options.port <= 65535:
         raise ConfigError([f"--port {options.port}: must be from 0 to 65535"])
     scenario = load_scenario(options.scenario, options.seed)
+    for warning in scenario.mission.warnings():
+        print(f"shoal-sim: warning: {warning.line(str(scenario.config.mission))}", file=sys.stderr)
     folder: Path = options.out or Path("runs") / scenario.name
     try:
         folder.mkdir(parents=True, exist_ok=True)

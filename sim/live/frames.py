@@ -7,11 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from companion.formation import VirtualFormation
+from companion.mission import Mission
 from sim.grade import Grade
-from sim.history import Snapshot
+from sim.history import Array, Snapshot
 from sim.record import nearest_hulls
 from sim.scenario import Scenario
 from sim.world import HULL_DIAMETER_M, HULL_LENGTH_M
+
+_WAY_PLACES = 300  # of the path
 
 
 def introduction(scenario: Scenario, mcu: str, *, paced: bool) -> dict[str, Any]:
@@ -29,10 +33,16 @@ def introduction(scenario: Scenario, mcu: str, *, paced: bool) -> dict[str, Any]
         "shape": mission.formation.shape,
         "range_m": config.sensor.range_m,
         "hull_m": [HULL_LENGTH_M, HULL_DIAMETER_M],
-        "path": np.round(mission.path.corners(), 3).tolist(),
+        "path": np.round(_way(mission), 2).tolist(),
         "tracking_limit_m": config.criteria.tracking_rms_m,
         "separation_limit_m": config.criteria.separation_m,
     }
+
+
+# The centre's way (K, 3), m, as finely as a page shows it.
+def _way(mission: Mission) -> Array:
+    way = VirtualFormation(mission).way
+    return np.asarray(way[np.unique(np.linspace(0, len(way) - 1, min(len(way), _WAY_PLACES)).round().astype(int))])
 
 
 def frame(snapshot: Snapshot) -> dict[str, Any]:

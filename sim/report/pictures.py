@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from companion.formation import VirtualFormation
 from companion.scene import Phase
 from sim.grade import steady_travel
 from sim.history import Array, History
@@ -77,7 +78,7 @@ def draw_all(history: History, scenario: Scenario, folder: Path) -> list[tuple[P
 def tracks(figure: Figure, history: History, scenario: Scenario) -> None:
     """North up, with the formation at a few moments."""
     axes = figure.add_subplot()
-    path = scenario.mission.path.corners()
+    path = VirtualFormation(scenario.mission).way
     axes.plot(path[:, 1], path[:, 0], ":", color="#888888", linewidth=1.2, zorder=1)
     for i in range(history.position.shape[1]):
         north, east = history.position[:, i, 0], history.position[:, i, 1]
