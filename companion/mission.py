@@ -217,6 +217,9 @@ class LimitsConfig:
         high=2.0,
         unit="m/s",
     )
+    slope_max: float = option(
+        "Steepest way of a point: metres up or down for each metre ahead", default=0.12, above=0.0, high=100.0
+    )
     depth_min_m: float = option("Least depth of a point", default=0.3, low=0.0, high=100.0, unit="m")
     depth_max_m: float = option("Greatest depth allowed", default=30.0, low=0.5, high=100.0, unit="m")
 

@@ -142,6 +142,9 @@ def _path_problems(path: PathConfig) -> Iterator[Problem]:
 def _journey_problems(mission: Mission, virtual: VirtualFormation) -> Iterator[Problem]:
     limits, path, survey = mission.limits, mission.path, _survey(virtual, mission)
     yield from _depth_problems(mission, virtual)
+    if virtual.steepest > limits.slope_max + _TOLERANCE:
+        text = f"must be at least the steepest slope of the path ({virtual.steepest:.2g}): make that more level"
+        yield Problem("limits", "slope_max", limits.slope_max, text)
     permitted = permitted_speed(mission)
     if survey.fastest > permitted + _TOLERANCE:
         text = (
@@ -161,19 +164,27 @@ def _journey_problems(mission: Mission, virtual: VirtualFormation) -> Iterator[P
         yield Problem("limits", "max_length_m", limits.max_length_m, text)
 
 
+# Every point must stay within the depths allowed: told of the corner, or of the transformation that takes it out.
 def _depth_problems(mission: Mission, virtual: VirtualFormation) -> Iterator[Problem]:
     limits, path = mission.limits, mission.path
-    low, high = math.inf, -math.inf
+    low, high, worst, done, centre = math.inf, -math.inf, _TOLERANCE, 0.0, np.zeros(3)
     for stretch in virtual.stretches():
-        depths = stretch.points[..., 2]
-        low, high = min(low, float(depths.min())), max(high, float(depths.max()))
-    if low >= limits.depth_min_m - _TOLERANCE and high <= limits.depth_max_m + _TOLERANCE:
+        tops, bottoms = stretch.points[..., 2].min(axis=1), stretch.points[..., 2].max(axis=1)
+        low, high = min(low, float(tops.min())), max(high, float(bottoms.max()))
+        excess = np.maximum(limits.depth_min_m - tops, bottoms - limits.depth_max_m)
+        at = int(excess.argmax())
+        if excess[at] > worst:
+            worst, done, centre = float(excess[at]), float(stretch.done[at]), stretch.points[at].mean(axis=0)
+    if worst <= _TOLERANCE:
         return
     allowed = f"must be from {limits.depth_min_m:g} to {limits.depth_max_m:g} m (limits.depth_min_m, depth_max_m)"
     text = f"points reach from {low:.3g} to {high:.3g} m depth, {allowed}"
-    corners = path.corners()[:, 2]
-    index = int(corners.argmax() if high > limits.depth_max_m else corners.argmin())
-    key, value = (f"waypoints_m[{index - 1}]", path.waypoints_m[index - 1]) if index else ("origin_m", path.origin_m)
+    if done > 0.0:
+        index = math.ceil(done) - 1
+        yield Problem(f"transform[{index}]", "shape", mission.transform[index].shape, text)
+        return
+    corner = int(np.linalg.norm(path.corners() - centre, axis=1).argmin())
+    key, value = (f"waypoints_m[{corner - 1}]", path.waypoints_m[corner - 1]) if corner else ("origin_m", path.origin_m)
     yield Problem("path", key, list(value), text)
 
 

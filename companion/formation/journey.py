@@ -8,14 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.formation import transform
-from companion.formation.timetable import (
-    Timetable,
-    needed_speed,
-    permitted_speed,
-    travel,
-    travel_gain,
-    way_of,
-)
+from companion.formation.timetable import Timetable, bounds_on, travel, way_of
 from companion.formation.transform import Span, TransformError
 from companion.mission import Mission, TransformConfig
 
@@ -95,7 +88,7 @@ class Journey:
 
     def _standing_span(self, index: int, config: TransformConfig, begin: float) -> Span:
         ways = self.shapes[index + 1] - self.shapes[index]
-        least = transform.least_duration(ways, permitted_speed(self._mission), travel_gain(self._mission))
+        least = transform.least_duration(ways, bounds_on(self._mission, 0.0))
         duration = 0.0 if config.jump else least if config.duration_s is None else config.duration_s
         if not config.jump and duration < least - _EXACT:
             raise TransformError(index, "duration_s", f"must be at least {math.ceil(10.0 * least) / 10.0:g} s")
@@ -111,13 +104,13 @@ class Journey:
         if config.jump:
             return Span(first, first, False)
         ways = self.shapes[index + 1] - self.shapes[index]
-        needed, permitted = needed_speed(mission), permitted_speed(mission)
-        pace, gain = mission.path.pace_mps, travel_gain(mission)
-        least = transform.least_length(ways, needed, permitted, pace, gain, mission.path.turn)
+        bounds = bounds_on(mission, self.track.steepest(first))
+        least = transform.least_length(ways, bounds, mission.path.pace_mps, mission.path.turn)
         if not math.isfinite(least):
             text = (
-                f"no point may go under {needed:.3g} m/s (steerage way) or over {permitted:.3g} m/s (top speed), which "
-                "leaves too little between: lower path.pace_mps or limits.steerage_speed_mps, or let points jump"
+                f"no point may go under {bounds.needed:.3g} m/s (steerage way) or over {bounds.permitted:.3g} m/s (top "
+                f"speed), or up or down by over {bounds.slope:.2g} m a metre beside the path, which leaves no room: "
+                "lower path.pace_mps or limits.steerage_speed_mps, level the path, or let points jump"
             )
             raise TransformError(index, "shape", text)
         span = Span(first, first + least, False)

@@ -29,6 +29,11 @@ class Track:
     heading: Array
     turning: Array
 
+    def steepest(self, first: float = 0.0) -> float:
+        """Greatest slope of the way from `first` m on: metres up or down for each metre ahead."""
+        tangent = self.tangent[np.searchsorted(self.along, min(first, self.along[-1])) :]
+        return float((np.abs(tangent[:, 2]) / np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)).max())
+
 
 def round_corners(corners: Array, radius: float, step: float, heading: float | None) -> Track:
     """The way through `corners` (C, 3) m with arcs of `radius` m instead of corners, sampled every `step` m or less.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.formation.path import Track, round_corners, through, with_stops
-from companion.formation.transform import Span, bodies, progress
+from companion.formation.transform import Bounds, Span, bodies, progress
 from companion.mission import Mission
 
 Array = NDArray[np.float64]
@@ -50,6 +50,12 @@ def needed_speed(mission: Mission) -> float:
 def travel_gain(mission: Mission) -> float:
     """How fast the formation gains speed, m/s^2."""
     return mission.path.pace_mps / RAMP_S
+
+
+def bounds_on(mission: Mission, steepest: float) -> Bounds:
+    """What points may do while they transform, on a path of which the steepest slope is given."""
+    slope = max(mission.limits.slope_max - steepest, 0.0)
+    return Bounds(needed_speed(mission), permitted_speed(mission), travel_gain(mission), slope)
 
 
 def way_of(mission: Mission, shapes: Array) -> Track:

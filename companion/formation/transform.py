@@ -79,26 +79,34 @@ def nearest(old: Array, new: Array) -> tuple[float, int, int]:
     return float(distance[pair]), int(first[pair]), int(second[pair])
 
 
-def least_length(ways: Array, needed: float, permitted: float, pace: float, gain: float, headed: bool = True) -> float:
+class Bounds(NamedTuple):
+    """What points may do on their way: speeds ahead and at most m/s, gain of speed m/s^2, metres down a metre ahead."""
+
+    needed: float
+    permitted: float
+    gain: float
+    slope: float
+
+
+def least_length(ways: Array, bounds: Bounds, pace: float, headed: bool = True) -> float:
     """Least length of the path, m, on which points can go their `ways` (L, 3) m; inf where there is none.
 
-    On a straight path some speed of the centre then lets every point make at least `needed` m/s ahead while none goes
-    faster than `permitted`, and at the pace none gains speed faster than `gain` m/s^2. Ahead is the first axis, or any
-    direction where the formation is not `headed` along its path.
+    On a straight path some speed of the centre then lets every point make the speed needed ahead while none goes faster
+    than permitted, and at the pace none gains speed faster than allowed. Ahead is the first axis, or any direction
+    where the formation is not `headed` along its path.
     """
-    ahead, moves = ways[:, 0], ways
     if not headed:
-        moves = np.linalg.norm(ways, axis=1)[:, None] * np.array((1.0, 0.0, 0.0))
-        ahead = -moves[:, 0]
+        ways = np.linalg.norm(ways, axis=1)[:, None] * np.array((1.0, 0.0, 0.0)) + ways * np.array((0.0, 0.0, 1.0))
     farthest = float(np.linalg.norm(ways, axis=1).max(initial=0.0))
-    bend = pace * math.sqrt(EASE_BEND * farthest / gain)
 
     def flies(length: float) -> bool:
-        moved = np.array((1.0, 0.0, 0.0)) + EASE_SPEED / length * moves
-        least, most = 1.0 + EASE_SPEED / length * ahead.min(), np.linalg.norm(moved, axis=1).max()
-        return bool(permitted * least >= needed * most)
+        moved = EASE_SPEED / length * ways
+        ahead = 1.0 + (moved[:, 0] if headed else -moved[:, 0])
+        fastest = float(np.linalg.norm(moved + np.array((1.0, 0.0, 0.0)), axis=1).max())
+        level = bool((np.abs(moved[:, 2]) <= bounds.slope * ahead).all())
+        return level and bool(bounds.permitted * ahead.min() >= bounds.needed * fastest)
 
-    short, long = max(bend, 1e-3), max(bend, 1e-3)
+    short = long = max(pace * math.sqrt(EASE_BEND * farthest / bounds.gain), 1e-3)
     while not flies(long):
         short, long = long, 2.0 * long
         if long > 1e4 * (1.0 + farthest):
@@ -109,10 +117,12 @@ def least_length(ways: Array, needed: float, permitted: float, pace: float, gain
     return math.ceil(long * 100.0) / 100.0
 
 
-def least_duration(ways: Array, permitted: float, gain: float) -> float:
-    """Least time, s, in which points of a standing formation can go their `ways`; bounds as in least_length."""
+def least_duration(ways: Array, bounds: Bounds) -> float:
+    """Least time, s, in which points of a standing formation can go their `ways`, vehicles keeping steerage way."""
     farthest = float(np.linalg.norm(ways, axis=1).max(initial=0.0))
-    return max(EASE_SPEED * farthest / permitted, math.sqrt(EASE_BEND * farthest / gain), 1e-3)
+    deepest = float(np.abs(ways[:, 2]).max(initial=0.0))
+    swum = max(farthest / bounds.permitted, deepest / (bounds.slope * bounds.needed))
+    return max(EASE_SPEED * swum, math.sqrt(EASE_BEND * farthest / bounds.gain), 1e-3)
 
 
 def bodies(shapes: Array, done: Array) -> tuple[Array, Array]:

@@ -89,6 +89,11 @@ class VirtualFormation:
         return self._track.position
 
     @property
+    def steepest(self) -> float:
+        """Greatest slope of the centre's way: metres up or down for each metre ahead."""
+        return self._track.steepest()
+
+    @property
     def spans(self) -> tuple[Span, ...]:
         """Where or when each transformation of the mission happens."""
         return self._spans

@@ -40,6 +40,7 @@ class TrackConfig:
     weave_width_m: float = 0.3  # ... this far to either side ...
     weave_limit_rad: float = 1.0  # ... this far off its course at most
     lead_s: float = 1.0  # the point's velocity is taken this far ahead, for the lag of heading and speed
+    depth_lead_s: float = 4.0  # the same of its depth: 1 / DEP_P of the firmware, which follows a slope so much late
     acceleration_lag_s: float = 0.5  # of the estimate of the point's acceleration
 
 

@@ -75,7 +75,8 @@ class Guidance:
         choice = self._barrier.choose(scene.own, preferred, self._hazards(scene))
         self._watch_progress(now, scene.own, decision, choice)
         self.status = GuidanceStatus(mode, decision.reason, choice.binding is not None, choice.shortfall)
-        depth = float(decision.target[2]) + self._vertical(scene.own, choice)
+        sinking = self._config.track.depth_lead_s * float(decision.target_velocity[2])
+        depth = float(decision.target[2]) + sinking + self._vertical(scene.own, choice)
         self._last = Setpoint(
             steering.wrap(choice.heading),
             min(max(depth, self._limits.depth_min_m), self._limits.depth_max_m),

@@ -62,7 +62,7 @@ def test_the_demo_meets_its_criteria_and_leaves_everything_behind(tmp_path: Path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["calm", "noisy_line"])
+@pytest.mark.parametrize("name", ["calm", "noisy_line", "transform", "dive"])
 def test_the_other_scenarios_meet_their_criteria(name: str, tmp_path: Path) -> None:
     swim(tmp_path, name, "--mcu", "native")
 

@@ -240,9 +240,14 @@ def test_the_nearest_two_points_of_a_way_are_found() -> None:
             'transform[0]] shape = "column": no point may go under 0.65 m/s (steerage way) or over 0.65 m/s',
         ),
         (
-            {"shape": "column", "at_m": 10.0, "pitch_deg": 40.0},
+            {"shape": "column", "at_m": 10.0, "pitch_deg": 40.0, "jump": True},
             {},
-            "path] origin_m = [0, 0, 2]: points reach from -6.03 to 10 m depth, must be from 0.3 to 30 m",
+            'transform[0]] shape = "column": points reach from -6.03 to 10 m depth, must be from 0.3 to 30 m',
+        ),
+        (
+            {"shape": "tetrahedron", "at_m": 10.0},
+            {"path": {"origin_m": [0, 0, 8], "waypoints_m": [[100, 0, 25]]}},
+            'transform[0]] shape = "tetrahedron": no point may go under 0.3 m/s (steerage way) or over 0.52 m/s',
         ),
     ],
 )

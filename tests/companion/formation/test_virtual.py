@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from companion.formation import VirtualFormation
-from companion.formation.path import round_corners
+from companion.formation.path import round_corners, through
 from companion.mission import Mission
 from companion.scene import Phase
 from tests.companion.formation.swarm import SPEED, mission
@@ -154,3 +155,49 @@ def test_it_answers_at_any_time(now: float) -> None:
 
 
 VIRTUAL = VirtualFormation(mission(6, **CORNER))
+
+
+BEND = np.array([[0.0, 0.0, 2.0], [30.0, 10.0, 4.0], [60.0, -10.0, 6.0], [90.0, 0.0, 6.0]])
+
+
+def test_a_smooth_curve_goes_through_all_its_points_without_a_kink() -> None:
+    track = through(BEND, 12.0, 0.1, None)
+    for corner in BEND:
+        assert np.linalg.norm(track.position - corner, axis=1).min() < 0.06
+    steps = np.diff(track.position, axis=0)
+    assert np.linalg.norm(steps, axis=1).max() <= 0.1
+    cosines = (steps / np.linalg.norm(steps, axis=1)[:, None] * track.tangent[:-1]).sum(axis=1)
+    assert cosines.min() > 1.0 - 1e-4, "the tangent is the direction of the way"
+    curvature = np.linalg.norm(np.diff(track.tangent, axis=0), axis=1) / np.diff(track.along)
+    assert np.abs(np.diff(curvature)).max() < 2e-3, "no step of curvature: nothing to slow down for at a point"
+    np.testing.assert_allclose(np.gradient(track.heading, track.along), track.turning, atol=1e-3)
+
+
+def test_a_smooth_curve_is_scipys_natural_spline() -> None:
+    track = through(BEND, 12.0, 0.1, None)
+    chords = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(BEND, axis=0), axis=1))))
+    theirs = CubicSpline(chords, BEND, bc_type="natural")(np.linspace(0.0, chords[-1], 20001))
+    away = [np.linalg.norm(theirs - place, axis=1).min() for place in track.position[::50]]
+    assert max(away) < 0.01
+
+
+def test_dense_points_make_the_curve_that_they_lie_on() -> None:
+    angles = np.linspace(0.0, 1.5 * math.pi, 400)
+    circle = np.stack((20.0 * np.sin(angles), 20.0 * (1.0 - np.cos(angles)), np.full(400, 3.0)), axis=1)
+    track = through(circle, 5.0, 0.05, None)
+    assert np.abs(np.hypot(track.position[:, 0], track.position[:, 1] - 20.0) - 20.0).max() < 0.01
+    assert track.along[-1] == pytest.approx(30.0 * math.pi, rel=1e-3)
+    np.testing.assert_allclose(track.turning[200:-200], 1.0 / 20.0, rtol=0.02)
+
+
+@pytest.mark.parametrize("curve", ["legs", "spline"])
+def test_a_vehicle_can_follow_along_a_curve_in_three_dimensions(curve: str) -> None:
+    path: dict[str, Any] = {
+        "origin_m": (0.0, 0.0, 2.0),
+        "waypoints_m": tuple(map(tuple, BEND[1:].tolist())),
+        "pace_mps": 0.3,
+    }
+    _, points, velocities, _, _ = journey(mission(6, curve=curve, turn_radius_m=8.0, **path))
+    assert np.linalg.norm(velocities, axis=2).max() <= 0.8 * SPEED
+    np.testing.assert_allclose((points[2:] - points[:-2]) / (2 * PERIOD_S), velocities[1:-1], atol=0.01)
+    np.testing.assert_allclose(points[-1].mean(axis=0), BEND[-1], atol=1e-6)
