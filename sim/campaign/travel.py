@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from companion.formation import VirtualFormation
-from companion.mission import Mission
+from companion.mission import Mission, TransformConfig
 from sim.baselines import LeaderFollower
 from sim.campaign import Campaign, Cell, Limit, at_least, at_most, least, mean, ratio, share
 from sim.points import Conditions, Swarm, box_width, forming_mission, random_starts
@@ -27,6 +27,7 @@ FORMING_S = 150.0  # enough for fixed roles, which take longest
 ASIDE_M = 5.0  # between the box of a displaced start and the centre of the formation
 LIMIT_S = 300.0  # for forming, or for closing up after the journey
 TRACE_S = 0.2
+TRANSFORMS = (TransformConfig(shape="diamond", at_m=5.0), TransformConfig(shape="triangle", at_m=30.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,19 +51,20 @@ METHODS = (FIXED, SOM, PRICE, EVEN)
 
 @dataclass(frozen=True, slots=True)
 class Journey:
-    """Who travels where: so many vehicles, a bend of the way in degrees, and whether the formation turns with it."""
+    """Who travels where: so many vehicles, a bend of the way in degrees, whether the formation turns or transforms."""
 
     count: int
     displaced: bool = False
     bend_deg: float = 45.0
     turn: bool = False
+    transform: bool = False
 
     def mission(self, method: Method, forming_s: float = FORMING_S) -> Mission:
         """A way with one bend half-way; a displaced start shortens it, so that lengths stay comparable."""
         radius, bend = TURN_RADIUS_M[self.count], math.radians(self.bend_deg)
         way = WAY_M[self.count] - (box_width(self.count) if self.displaced else 0.0)
         leg = (way + radius * (2.0 * math.tan(bend / 2.0) - bend)) / 2.0
-        return forming_mission(
+        mission = forming_mission(
             self.count,
             method.exponent,
             method.form,
@@ -72,6 +74,11 @@ class Journey:
             turn_radius_m=radius,
             turn=self.turn,
         )
+        if not self.transform:
+            return mission
+        # Points may all but stand while others pass them: these vehicles need no steerage way.
+        agile = replace(mission.limits, steerage_speed_mps=0.05)
+        return replace(mission, transform=TRANSFORMS, limits=agile)
 
     def starts(self, seed: int) -> Array:
         """Random places (J, 3) m in a box about the formation, or beside it."""

@@ -28,7 +28,7 @@ FORMING_S = 40.0
 OBSTACLES_M = ((33.5, 18.0, 7.0), (18.0, 33.5, 7.0))
 GAP_M = 25.0  # north and east of its middle
 NARROW_M = ((4.0, 1.5), (4.0, -1.5), (0.0, 1.5), (0.0, -1.5), (-4.0, 1.5), (-4.0, -1.5))
-NARROW_AT_M, WIDE_AT_M = 4.0, 27.0  # of the centre's way
+NARROW_AT_M, WIDE_AT_M = 0.0, 24.0  # of the centre's way
 
 FAULT_STEP_M = printed.STEPS_M[1]
 FAULT_WAIT_S = 40.0  # until the spare comes
@@ -60,7 +60,8 @@ def transformation_mission() -> Mission:
     narrow = TransformConfig(shape="points", points_m=NARROW_M, at_m=NARROW_AT_M)
     wide = TransformConfig(shape="triangle", at_m=WIDE_AT_M)
     mission = basin_mission((GAP_M, GAP_M), (39.0, 39.0))
-    return replace(mission, transform=(narrow, wide))
+    agile = replace(mission.limits, steerage_speed_mps=0.05)  # points may all but stand while others pass them
+    return replace(mission, transform=(narrow, wide), limits=agile)
 
 
 def transformation(seed: int = SEED) -> Trace:
@@ -138,6 +139,7 @@ class Voyage:
     tracking_rms_m: float
     separation_m: float
     forming_ratio: float
+    whole: bool
 
 
 def voyage(seed: int, make: str = "native", until_s: float | None = None) -> tuple[Voyage, tuple[float, float]]:
@@ -151,7 +153,7 @@ def voyage(seed: int, make: str = "native", until_s: float | None = None) -> tup
     trace = Trace(history.time[keep], history.position[keep], history.points[keep], history.decided[keep])
     schedule, water = scenario.mission.schedule, scenario.config.water
     begun = schedule.start_s + schedule.forming_s
-    lengths = journey_lengths(trace, history.travelled[keep], begun)
+    lengths = journey_lengths(trace, history.travelled[keep], begun, scenario.config.criteria.arrival_radius_m)
     figures = Voyage(
         trace,
         (water.north_mps, water.east_mps),
@@ -159,11 +161,12 @@ def voyage(seed: int, make: str = "native", until_s: float | None = None) -> tup
         grade.tracking_rms_m if grade.tracking_rms_m is not None else float("nan"),
         grade.min_separation_m if grade.min_separation_m is not None else float("nan"),
         grade.forming_ratio if grade.forming_ratio is not None else float("nan"),
+        grade.points_filled == scenario.mission.vehicles,
     )
     return figures, (float(lengths.mean()), float(lengths.std()))
 
 
-def journey_lengths(trace: Trace, travelled: Array, begun_s: float, within_m: float = 1.0) -> Array:
+def journey_lengths(trace: Trace, travelled: Array, begun_s: float, within_m: float) -> Array:
     """Way (J,) m of each vehicle to its point, the rest included, and from the start of travel on.
 
     A hull cannot stand still: what it swims in circles on its point while it waits for the others is no part of it.

@@ -50,9 +50,7 @@ def record(swarm: Swarm, until_s: float, each: Callable[[Swarm], None] = lambda 
             positions = swarm.positions.copy()
             positions[list(swarm.absent)] = np.nan
             points = [None if decision is None else decision.point for decision in swarm.decisions]
-            held = [
-                -1 if point is None or i in swarm.absent | swarm.dead else point for i, point in enumerate(points)
-            ]
+            held = [-1 if point is None or i in swarm.absent | swarm.dead else point for i, point in enumerate(points)]
             times.append(swarm.now)
             rows.append((positions, swarm.points.copy(), held))
         each(swarm)
@@ -86,9 +84,7 @@ class SteppedFormation(VirtualFormation):
 def by_steps(swarm: Swarm, step_m: float) -> SteppedFormation:
     """Gives all vehicles of a swarm one virtual formation that moves in steps."""
     mission = swarm.mission
-    stepped = SteppedFormation(
-        swarm.minds[0].virtual, mission.schedule.start_s + mission.schedule.forming_s, step_m
-    )
+    stepped = SteppedFormation(swarm.minds[0].virtual, mission.schedule.start_s + mission.schedule.forming_s, step_m)
     for mind in swarm.minds:
         mind.virtual = stepped
     return stepped
