@@ -1,4 +1,4 @@
-"""The command `shoal-sim`: run a scenario, list them, measure how fast the simulator is."""
+"""The command `shoal-sim`: run a scenario, list them, run campaigns, report on the paper, measure the simulator."""
 
 from __future__ import annotations
 
@@ -40,6 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return bench(options.seconds, options.threads, ROOT)
         if options.command == "campaign":
             return _campaign(options)
+        if options.command == "report":
+            return _paper(options)
         return _run(options)
     except (ConfigError, PlantError) as error:
         for line in str(error).splitlines():
@@ -94,6 +96,17 @@ def _parser() -> argparse.ArgumentParser:
     campaign.add_argument("--resume", action="store_true", help="go on from the runs in the log")
     campaign.add_argument("--log", type=Path, default=Path("runs/campaigns"), metavar="DIR", help="where runs are kept")
     campaign.add_argument("--out", type=Path, default=Path("docs/figures"), metavar="DIR", help="where tables go")
+    report = commands.add_parser(
+        "report",
+        help="the paper's figures and tables as Shoal does them",
+        description="Runs the paper's experiments and writes a page with pictures and tables, beside what it prints.",
+    )
+    report.add_argument("subject", choices=("paper",), help="what to report on")
+    report.add_argument("--seeds", type=int, default=30, metavar="N", help="seeds a case (30, some ten minutes)")
+    report.add_argument("--jobs", type=int, default=2, metavar="N", help="processes beside each other (2)")
+    report.add_argument("--quick", action="store_true", help="six vehicles in point dynamics only")
+    report.add_argument("--log", type=Path, default=Path("runs/paper"), metavar="DIR", help="where runs are kept")
+    report.add_argument("--out", type=Path, default=Path("docs/paper"), metavar="DIR", help="where the page goes")
     commands.add_parser("list", help="the scenarios that come with the simulator")
     return parser
 
@@ -104,11 +117,24 @@ def _list() -> int:
     return 0
 
 
-def _campaign(options: argparse.Namespace) -> int:
+def _check_effort(options: argparse.Namespace) -> None:
     if options.seeds is not None and options.seeds < 1:
         raise ConfigError([f"--seeds {options.seeds}: must be at least 1"])
     if not 1 <= options.jobs <= 64:
         raise ConfigError([f"--jobs {options.jobs}: must be from 1 to 64"])
+
+
+def _paper(options: argparse.Namespace) -> int:
+    from sim.paper import Order, write_paper
+
+    _check_effort(options)
+    page = write_paper(Order(options.out, options.seeds, options.jobs, options.quick, options.log))
+    print(f"report: {page}")
+    return 0
+
+
+def _campaign(options: argparse.Namespace) -> int:
+    _check_effort(options)
     wanted = campaign_names() if options.campaign == ["all"] else options.campaign
     missed = False
     for campaign in [open_campaign(name) for name in wanted]:

@@ -33,6 +33,7 @@ NARROW_AT_M, WIDE_AT_M = 0.0, 24.0  # of the centre's way
 FAULT_STEP_M = printed.STEPS_M[1]
 FAULT_WAIT_S = 40.0  # until the spare comes
 FAULT_PACE_MPS = 0.25
+SPARE_M = np.array((2.0, 16.0, 0.0))  # where the spare enters the water, from where the centre formed
 
 
 def basin_mission(*waypoints: tuple[float, float], pace: float = 0.3, vehicles: int = 6) -> Mission:
@@ -111,7 +112,7 @@ def fault(fixed: bool, seed: int = SEED) -> Fault:
     while np.linalg.norm(virtual.at(broken_s).points.mean(axis=0) - begun) < printed.STEPS_TO_FAULT * FAULT_STEP_M:
         broken_s += 0.1
     spare_s = broken_s + FAULT_WAIT_S
-    places = np.vstack((basin_starts(seed), [[*(origin[:2] + (2.0, 16.0)), 2.0]]))
+    places = np.vstack((basin_starts(seed), origin + SPARE_M))
     kind = LeaderFollower if fixed else Swarm
     swarm = kind(mission, places, seed, CONDITIONS)
     swarm.absent.add(6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import fill
 from typing import TextIO
@@ -20,7 +20,7 @@ from sim.campaign.travel import METHODS, Journey, swim
 from sim.paper import experiments, pictures, printed, tables
 from sim.points import SPEED
 
-DEFAULT_SEEDS = 60
+DEFAULT_SEEDS = 30
 NONE = "–"
 
 
@@ -33,7 +33,7 @@ class Order:
     jobs: int = 2
     quick: bool = False
     log: Path = Path("runs/paper")
-    progress: TextIO = sys.stderr
+    progress: TextIO = field(default_factory=lambda: sys.stderr)
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -64,24 +64,25 @@ def _head(order: Order) -> str:
             "# The paper, reproduced",
             "",
             _text(
-                "Li and Zhu, *An Adaptive SOM Neural Network Method to Distributed Formation Control of a Group of AUVs* "
-                "(2018), section IV: its figures and tables as Shoal does them, with what is printed there beside them. "
-                f"This page was written by `{order.command()}`. Seeds are 0, 1, ... of each case; intervals are those "
-                f"of 95 % confidence; the pictures of point dynamics are of seed {experiments.SEED}."
+                "Li and Zhu, *An Adaptive SOM Neural Network Method to Distributed Formation Control of a Group of "
+                "AUVs* (2018), section IV: its figures and tables as Shoal does them, with what is printed there "
+                f"beside them. This page was written by `{order.command()}`. Seeds are 0, 1, ... of each case; "
+                f"intervals are those of 95 % confidence; the pictures of point dynamics are of seed "
+                f"{experiments.SEED}."
             ),
             "",
             _text(
-                "What cannot be reproduced is said here once: the paper does not give its starts, its path, its shapes' "
-                "spacing or its obstacles, each of its figures in Table II is one draw, and its algorithm does not "
-                "converge with the parameters of Table I as printed. So digits cannot be compared. What can be: the "
-                "same experiments, with path lengths as in Table II, over many seeds."
+                "What cannot be reproduced is said here once: the paper does not give its starts, its path, its "
+                "shapes' spacing or its obstacles, each of its figures in Table II is one draw, and its algorithm does "
+                "not converge with the parameters of Table I as printed. So digits cannot be compared. What can be: "
+                "the same experiments, with path lengths as in Table II, over many seeds."
             ),
             "",
             _text(
-                f"In point dynamics, as in the paper, a vehicle takes any velocity of at most {SPEED:g} m/s at once. Each "
-                "decides alone, twice a second, from its own position and those of the neighbours that it sees within "
-                f"{experiments.CONDITIONS.sensing_range:g} m, with {experiments.CONDITIONS.sigma:g} m of noise an axis; "
-                "vehicles share mission and clock, and send no messages."
+                f"In point dynamics, as in the paper, a vehicle takes any velocity of at most {SPEED:g} m/s at once. "
+                "Each decides alone, twice a second, from its own position and those of the neighbours that it sees "
+                f"within {experiments.CONDITIONS.sensing_range:g} m, with {experiments.CONDITIONS.sigma:g} m of noise "
+                "an axis; vehicles share mission and clock, and send no messages."
             ),
         ]
     )
@@ -120,10 +121,10 @@ def _figure_4(order: Order) -> Iterator[str]:
     yield "![Six tracks from random starts to a triangle, through the gap in two files, and to a triangle](fig4.svg)"
     yield ""
     yield _text(
-        "A triangle forms, becomes two files that fit through the gap, and a triangle again. Rings are the points of the "
-        "virtual formation at a few moments. The mission says where it transforms and into what; who goes where each "
-        "vehicle decides. The path lies between the obstacles, which the vehicles do not see: the nearest comes within "
-        f"{experiments.clearance(trace):.1f} m of one. From the end of forming on no vehicle was ever more than "
+        "A triangle forms, becomes two files that fit through the gap, and a triangle again. Rings are the points of "
+        "the virtual formation at a few moments. The mission says where it transforms and into what; who goes where "
+        "each vehicle decides. The path lies between the obstacles, which the vehicles do not see: the nearest comes "
+        f"within {experiments.clearance(trace):.1f} m of one. From the end of forming on no vehicle was ever more than "
         f"{100 * np.nanmax(late):.0f} cm from its point."
     )
 
@@ -157,11 +158,11 @@ def _figure_6(order: Order) -> Iterator[str]:
     yield ""
     again = f"{shoal.trace.times[whole[0]] - shoal.spare_s:.0f} s later" if len(whole) else "never"
     yield _text(
-        f"After {printed.STEPS_TO_FAULT} steps of {experiments.FAULT_STEP_M:g} m the vehicle on point 2 breaks, which in "
-        "a chain of leaders follows the tip and leads two others (left). With Shoal nobody led: the rest travel on, and "
-        f"a spare that enters the water {experiments.FAULT_WAIT_S:g} s later makes the formation whole again {again}. "
-        f"With leader-follower, roles 4 and 5 stop behind role 2 and end {stopped:.0f} m from their points; the spare "
-        "has no role. Had the tip broken, all would have stopped."
+        f"After {printed.STEPS_TO_FAULT} steps of {experiments.FAULT_STEP_M:g} m the vehicle on point 2 breaks, which "
+        "in a chain of leaders follows the tip and leads two others (left). With Shoal nobody led: the rest travel on, "
+        f"and a spare that enters the water {experiments.FAULT_WAIT_S:g} s later makes the formation whole again "
+        f"{again}. With leader-follower, roles 4 and 5 stop behind role 2 and end {stopped:.0f} m from their points; "
+        "the spare has no role. Had the tip broken, all would have stopped."
     )
 
 
@@ -177,12 +178,13 @@ def _figure_8(order: Order) -> Iterator[str]:
     yield "![Tracks of six hulls in a current, and their tracking errors](fig8.svg)"
     yield ""
     yield _text(
-        "The paper's last experiment simulates the constraints of its hulls in a simplified current. Here six simulated "
-        "hulls with the firmware that is flashed (compiled for the host) and their companions cross the basin: scenario "
-        "`paper`, seed 1, which `shoal-sim run paper` runs by itself. A hull cannot stand still, so it waits on a circle "
-        f"round its point until travel begins; from then on the tracking error falls to {run.tracking_rms_m:.2f} m RMS. "
-        "It grows at the very end, when the formation stops and hulls cannot. Lengths count the way to the point and the "
-        "journey, not the circles."
+        "The paper's last experiment simulates the constraints of its hulls in a simplified current. Here six "
+        "simulated hulls with the firmware that is flashed (compiled for the host) and their companions cross the "
+        "basin: scenario `paper`, seed 1, which `shoal-sim run paper` runs by itself. A hull cannot stand still, so it "
+        f"waits on a circle round its point until travel begins; from then on the tracking error falls to "
+        f"{run.tracking_rms_m:.2f}"
+        "m RMS. It grows at the very end, when the formation stops and hulls cannot. Lengths count the way to the "
+        "point and the journey, not the circles."
     )
     yield ""
     yield from _results(results, tables.voyages(order.seeds))
@@ -193,12 +195,12 @@ def _table_ii(order: Order) -> Iterator[str]:
     yield "## Table II: lengths"
     yield ""
     yield _text(
-        "Mean and standard deviation, within a team, of the lengths of its vehicles: first as printed, then the mean over "
-        "seeds. Ways are as long as the paper's mean. Fixed roles are leader-follower in its strongest form: followers "
-        "know their leader's true position, and form up straight to their points. Starts lie in a box over the place of "
-        "the formation (centred) or beside it (displaced); the way has one bend, with which the formation turns in one "
-        "case; in the last it becomes a diamond and a triangle again. p = 1.2 is Shoal's default exponent, p = 2 the most "
-        "even; `som` sees all vehicles, which it needs."
+        "Mean and standard deviation, within a team, of the lengths of its vehicles: first as printed, then the mean "
+        "over seeds. Ways are as long as the paper's mean. Fixed roles are leader-follower in its strongest form: "
+        "followers know their leader's true position, and form up straight to their points. Starts lie in a box over "
+        "the place of the formation (centred) or beside it (displaced); the way has one bend, with which the formation "
+        "turns in one case; in the last it becomes a diamond and a triangle again. p = 1.2 is Shoal's default "
+        "exponent, p = 2 the most even; `som` sees all vehicles, which it needs."
     )
     yield ""
     head = ["case", "seeds"] + [f"{method.title}: {what}" for method in METHODS for what in ("mean (m)", "sd (m)")]
@@ -242,8 +244,10 @@ def _forms(order: Order) -> Iterator[str]:
     yield ""
     yield _text(
         "Forming alone, from centred starts: straight ways to the points that each form gives, by somebody who sees "
-        f"everything, over {5 * order.seeds} starts; and, in the last row, ways really swum by vehicles that decide "
-        "alone. The optimum is the least total; fixed roles take no account of where vehicles are."
+        f"everything, over {tables.STARTS_A_SEED * order.seeds} starts; and, in the last row, ways really swum "
+        f"by vehicles that decide alone, over {order.seeds} or, of large teams, a third as many. Lengths are of those "
+        "that fill all points. The optimum is the least total; fixed roles take no account of where vehicles are. As printed, the "
+        "algorithm gets the parameters of Table I that are optimised for 6 vehicles, and 200 sweeps."
     )
     yield ""
     head = ["form"] + [f"J = {count}: {figure.title}" for count in order.counts for figure in tables.FORMING_FIGURES]
@@ -260,10 +264,10 @@ def _potential_field(order: Order) -> Iterator[str]:
     yield "## The potential field between vehicles"
     yield ""
     yield _text(
-        "While it forms, the paper keeps vehicles apart by a potential field, of which it gives no constants. Shoal uses "
-        "half-planes that bound the speed toward each hull. Both from the same starts; a field of full strength holds a "
-        "vehicle off at the distance that half-planes keep. With competition ways hardly cross, so even a weak field "
-        "does little harm; with fixed roles they do cross."
+        "While it forms, the paper keeps vehicles apart by a potential field, of which it gives no constants. Shoal "
+        "uses half-planes that bound the speed toward each hull. Both from the same starts; a field of full strength "
+        "holds a vehicle off at the distance that half-planes keep. With competition ways hardly cross, so even a weak "
+        "field does little harm; with fixed roles they do cross."
     )
     yield ""
     yield from _results(_conduct(order, campaign), campaign)
@@ -277,10 +281,10 @@ def _published_case(order: Order) -> Iterator[str]:
     yield "![Six tracks of the published case](case.svg)"
     yield ""
     yield _text(
-        "Starts, points and the twenty moves of one case have been published by the same author, so this one can be run "
-        "as it is. Its longest move is "
-        f"{printed.CASE_STEP_M:.1f} m, above the lambda of Table I. Shoal forms it with {case.forming:.2f} m in all, the "
-        f"least possible being {case.optimum:.2f} m. Over the whole journey its lengths have a mean of "
+        "Starts, points and the twenty moves of one case have been published by the same author, so this one can be "
+        "run as it is. Its longest move is "
+        f"{printed.CASE_STEP_M:.1f} m, above the lambda of Table I. Shoal forms it with {case.forming:.2f} m in all, "
+        f"the least possible being {case.optimum:.2f} m. Over the whole journey its lengths have a mean of "
         f"{case.lengths.mean():.2f} m and a standard deviation of {case.lengths.std():.2f} m; with fixed roles "
         f"{case.fixed.mean():.2f} m and {case.fixed.std():.2f} m. Algorithm 1 with the parameters of that case brings "
         f"{case.printed_arrived} of {printed.VEHICLES} neurons to their points in its {case.sweeps} sweeps as printed, "

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.formation import compete
+from companion.formation import FORMS as FORMS_OF_COMPETITION
+from companion.formation import VirtualFormation, compete
 from sim.baselines import LeaderFollower, PotentialField, assign, distances
 from sim.baselines.assignment import hungarian
 from sim.campaign import Campaign, Cell, least, mean, ratio, share
@@ -28,30 +29,34 @@ FORMS = {
     "`price`, p = 1.2": ("price", 1.2),
     "`price`, p = 2": ("price", 2.0),
     "`som`": ("som", 1.0),
+    "`paper`, as printed": ("paper", 1.0),
     "fixed roles": ("fixed", 1.0),
 }
 AT_SEA = "`price`, p = 1.2, at sea"
+STARTS_A_SEED = 10  # where nobody has to swim
 FORMING_FIGURES = (
+    share("all points filled", "whole"),
     ratio("travel / optimum", "total", "optimum"),
     mean("sd (m)", "sd"),
     mean("longest (m)", "longest"),
 )
+NOT_WHOLE = {"whole": 0.0}
 LIMIT_S = 150.0
 
 
 def form(count: int, name: str, exponent: float, seed: int) -> Mapping[str, float]:
     """Straight ways to the points that one form of the competition gives to vehicles that all see all."""
-    points = forming_mission(count).points() + (0.0, 0.0, 2.0)
+    points = VirtualFormation(forming_mission(count)).at(0.0).points
     ways = distances(points, random_starts(seed, count))
     rows = np.arange(count)
     if name == "fixed":
         chosen = rows
-    elif name in ("price", "som"):
+    elif name in FORMS_OF_COMPETITION:
         winner = compete(points, random_starts(seed, count), name, exponent, seed).vehicle
         chosen = np.array([-1 if vehicle is None else vehicle for vehicle in winner])
     else:
         chosen = assign(points, random_starts(seed, count), name)
-    return _forming(ways[rows, chosen], ways) if (chosen >= 0).all() else {}
+    return _forming(ways[rows, chosen], ways) if (chosen >= 0).all() else NOT_WHOLE
 
 
 def form_at_sea(count: int, seed: int) -> Mapping[str, float]:
@@ -59,19 +64,19 @@ def form_at_sea(count: int, seed: int) -> Mapping[str, float]:
     swarm = Swarm(forming_mission(count), random_starts(seed, count), seed, CONDITIONS)
     ways = distances(swarm.points, swarm.positions)
     whole = swarm.run(LIMIT_S)
-    return _forming(swarm.lengths + np.nan_to_num(swarm.rest()), ways) if whole else {}
+    return _forming(swarm.lengths + np.nan_to_num(swarm.rest()), ways) if whole else NOT_WHOLE
 
 
 def _forming(lengths: Array, ways: Array) -> Mapping[str, float]:
     optimum = float(ways[np.arange(len(ways)), hungarian(ways)].sum())
     total, longest = float(lengths.sum()), float(lengths.max())
-    return {"total": total, "optimum": optimum, "sd": float(lengths.std()), "longest": longest}
+    return {"whole": 1.0, "total": total, "optimum": optimum, "sd": float(lengths.std()), "longest": longest}
 
 
 def forms(counts: Sequence[int], seeds: int) -> Campaign:
-    """Five times as many starts where nobody has to swim."""
+    """Forming alone, from random starts."""
     cells = [
-        Cell(f"J = {count}, {title}", partial(form, count, *which), 5 * seeds)
+        Cell(f"J = {count}, {title}", partial(form, count, *which), STARTS_A_SEED * seeds)
         for count in counts
         for title, which in FORMS.items()
     ]
@@ -170,5 +175,5 @@ def voyages(seeds: int) -> Campaign:
 
 
 def fewer(seeds: int, count: int) -> int:
-    """Seeds of a case: a fifth for large groups, whose vehicles think of many others."""
-    return seeds if count <= 6 else max(seeds // 5, 1)
+    """Seeds of a case: a third for large groups, whose vehicles think of many others."""
+    return seeds if count <= 6 else max(seeds // 3, 1)

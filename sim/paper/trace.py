@@ -49,14 +49,15 @@ def record(swarm: Swarm, until_s: float, each: Callable[[Swarm], None] = lambda 
         if not times or swarm.now >= times[-1] + PERIOD_S - 1e-9:
             positions = swarm.positions.copy()
             positions[list(swarm.absent)] = np.nan
-            points = [None if decision is None else decision.point for decision in swarm.decisions]
-            held = [-1 if point is None or i in swarm.absent | swarm.dead else point for i, point in enumerate(points)]
+            away = swarm.absent | swarm.dead
+            own = [None if decision is None else decision.point for decision in swarm.decisions]
+            held = [-1 if point is None or i in away else point for i, point in enumerate(own)]
             times.append(swarm.now)
             rows.append((positions, swarm.points.copy(), held))
         each(swarm)
         swarm.step()
-    positions, points, held = (np.array(column) for column in zip(*rows, strict=True))
-    return Trace(np.array(times), positions, points, held)
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return Trace(np.array(times), *columns)
 
 
 class SteppedFormation(VirtualFormation):
