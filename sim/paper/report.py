@@ -246,8 +246,8 @@ def _forms(order: Order) -> Iterator[str]:
         "Forming alone, from centred starts: straight ways to the points that each form gives, by somebody who sees "
         f"everything, over {tables.STARTS_A_SEED * order.seeds} starts; and, in the last row, ways really swum "
         f"by vehicles that decide alone, over {order.seeds} or, of large teams, a third as many. Lengths are of those "
-        "that fill all points. The optimum is the least total; fixed roles take no account of where vehicles are. As printed, the "
-        "algorithm gets the parameters of Table I that are optimised for 6 vehicles, and 200 sweeps."
+        "that fill all points. The optimum is the least total; fixed roles take no account of where vehicles are. As "
+        "printed, the algorithm gets the parameters of Table I that are optimised for 6 vehicles, and 200 sweeps."
     )
     yield ""
     head = ["form"] + [f"J = {count}: {figure.title}" for count in order.counts for figure in tables.FORMING_FIGURES]
