@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from companion.scene import Phase
+from sim.forming import ways
 from sim.history import Array, History
 from sim.scenario import CriteriaConfig
 
@@ -39,7 +40,8 @@ class Grade:
     Lengths are metres over ground from the start of the run to its end. `tracking_rms_m` is the distance to the point
     that each vehicle decided for, `tracking_best_rms_m` that of the matching with the least sum of distances, both
     over all vehicles and all samples of steady travel. `forming_ratio` is the way swum until each vehicle reached its
-    point, plus the rest that was still to go, over the least possible sum of straight ways.
+    point, rest included, over the least possible sum of straight ways, `forming_ratio_hull` over the least sum of what
+    hulls can swim that must turn from the headings they start with (`sim.forming`).
     """
 
     points_filled: int
@@ -49,6 +51,7 @@ class Grade:
     sd_length_m: float
     forming_time_s: float | None
     forming_ratio: float | None
+    forming_ratio_hull: float | None
     tracking_rms_m: float | None
     tracking_best_rms_m: float | None
     tracking_max_m: float | None
@@ -81,6 +84,7 @@ def grade(
     separation = float(np.min(history.separation)) if history.separation.size else None
     lengths = history.travelled[-1]
     forming_time = forming_end(history, matched, criteria, start_s)
+    formed = ways(history, criteria.arrival_radius_m, start_s, forming_time)
     tracking = _rms(decided_error)
     wanted = points if criteria.points_filled is None else criteria.points_filled
     verdicts = [
@@ -116,7 +120,8 @@ def grade(
         mean_length_m=float(np.mean(lengths)),
         sd_length_m=float(np.std(lengths)),
         forming_time_s=forming_time,
-        forming_ratio=forming_ratio(history, matched, criteria, start_s, forming_time),
+        forming_ratio=None if formed is None else _over(formed.swum_m, formed.straight_m),
+        forming_ratio_hull=None if formed is None else _over(formed.swum_m, formed.hull_m),
         tracking_rms_m=tracking,
         tracking_best_rms_m=_rms(best),
         tracking_max_m=float(np.nanmax(decided_error)) if np.isfinite(decided_error).any() else None,
@@ -173,34 +178,8 @@ def forming_end(history: History, matched: Array, criteria: CriteriaConfig, star
     return None
 
 
-def forming_ratio(
-    history: History, matched: Array, criteria: CriteriaConfig, start_s: float, forming_time: float | None
-) -> float | None:
-    """Way swum in forming over the optimum, rest to the point included; None when the formation never stood.
-
-    Each vehicle's way counts until it first comes within `fill_radius_m` of the point it is matched to when the
-    formation stands; what is left then is added, so that a generous radius gains nothing.
-    """
-    if forming_time is None:
-        return None
-    first = int(np.searchsorted(history.time, start_s))
-    stood = int(np.searchsorted(history.time, start_s + forming_time))
-    travel = np.flatnonzero(history.during(Phase.TRAVEL))
-    end = int(travel[0]) if len(travel) else len(history.time)
-    if stood >= end:
-        return None
-    distance = np.linalg.norm(history.points[stood][:, None] - history.position[stood][None], axis=2)
-    points, vehicles = linear_sum_assignment(distance)
-    swum = 0.0
-    for point, vehicle in zip(points, vehicles, strict=True):
-        away = np.linalg.norm(history.points[first:end, point] - history.position[first:end, vehicle], axis=1)
-        inside = np.flatnonzero(away <= criteria.fill_radius_m)
-        arrival = int(inside[0]) if len(inside) else int(np.argmin(away))
-        travelled = history.travelled[:, vehicle]
-        swum += float(travelled[first + arrival] - travelled[first] + away[arrival])
-    straight = np.linalg.norm(history.points[first][:, None] - history.position[first][None], axis=2)
-    optimum = float(straight[linear_sum_assignment(straight)].sum())
-    return swum / optimum if optimum > 0.0 else None
+def _over(way: float, optimum: float) -> float | None:
+    return way / optimum if optimum > 0.0 else None
 
 
 def _rms(errors: Array) -> float | None:

@@ -36,6 +36,7 @@ class Summary:
     sd_length_m: float
     forming_time_s: float | None
     forming_ratio: float | None
+    forming_ratio_hull: float | None
     tracking_rms_m: float | None
     tracking_best_rms_m: float | None
     tracking_max_m: float | None

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from companion.scene import Phase
+from sim.forming import hull_ways
 from sim.grade import Ticks, count_collisions, grade
 from sim.history import stack
 from sim.scenario import CriteriaConfig
@@ -29,6 +30,37 @@ def test_a_perfect_swim() -> None:
     assert result.forming_ratio == pytest.approx(1.0, rel=1e-6)
     # 10 m in 20 s: all within the arrival radius of 2.5 m once 7.5 m are swum.
     assert result.forming_time_s == pytest.approx(15.0, abs=0.11)
+
+
+def test_circling_a_point_is_no_way_to_it() -> None:
+    """Vehicles that arrive 1.9 m aside of their points and swim round them until travel begins: 10 m each, no more."""
+    circling = [
+        replace(s, travelled=s.travelled + 0.35 * max(s.now - 25.0, 0.0)) if s.phase is Phase.FORMING else s
+        for s in fleet_swims()
+    ]
+    assert grade(stack(circling), CRITERIA, START_S).forming_ratio == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_point_passed_on_the_way_to_another_is_not_reached() -> None:
+    """Vehicle 1 is near its point from second 20 on, but holds it from second 24 on, 1 m of way later."""
+    snapshots = fleet_swims()
+    for k, s in enumerate(snapshots):
+        apart = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (10.0 * (s.now < 28.0), 0.0, 0.0)])  # all stand from 28 on
+        way = s.travelled + np.array([1.0 * (s.now >= 22.0), 0.0, 10.0 * (s.now >= 28.0)])
+        snapshots[k] = deciding(
+            replace(s, position=s.position - apart, travelled=way), [0 if s.now >= 24.0 else 1, 1, 2]
+        )
+    assert grade(stack(snapshots), CRITERIA, START_S).forming_ratio == pytest.approx(41.0 / 40.0, rel=1e-6)
+
+
+def test_the_least_ways_of_a_hull_that_must_turn() -> None:
+    position, radius = np.zeros((1, 3)), 1.25
+    points = np.array([(10.0, 0.0, 0.0), (-10.0, 0.0, 0.0), (3.0, 0.0, 4.0), (-2.0, 0.0, 0.0)])
+    ahead, astern, below, near = hull_ways(position, np.zeros(1), points, radius, 2.5)[0]
+    assert (ahead, below, near) == pytest.approx((10.0, 5.0, 2.0), abs=0.02)
+    # The tangent from the point to the turning circle is as long as the way astern: both end on the circle.
+    assert astern == pytest.approx(radius * (np.pi + 2.0 * np.arctan(radius / 10.0)) + 10.0, abs=0.02)
+    assert hull_ways(position, np.array([np.pi]), points, radius, 2.5)[0, 1] == pytest.approx(10.0, abs=0.02)
 
 
 def test_a_constant_offset_is_the_tracking_error() -> None:
