@@ -1,9 +1,10 @@
 """Keeping clear: the heading and speed nearest to the preferred ones whose whole arc respects the barrier.
 
-The barrier is the rule n v >= -(d - d_safe) / T between two centres, with full responsibility: others are taken to
-keep their velocity, since from outside nobody can tell a hull that gives way from one that does not. A hull with a
-rudder cannot choose its velocity at once, so the rule is not asked of a velocity but of the arc that follows a
-setpoint: the distance at each time t ahead must be at least d_safe + (d - d_safe) exp(-t / T).
+The barrier is the rule n v >= -(d - d_safe) / T between two centres. A hull with a rudder cannot choose its velocity at
+once, so the rule is not asked of a velocity but of the arc that follows a setpoint: the distance at each time t ahead
+must be at least d_safe + (d - d_safe) exp(-t / T). Responsibility is full toward what does not react. Toward a hull
+that does, it is a share of what the preferred course falls short by, for the other hull does the same; what is left to
+it is no more than the margin kept beyond the mission's safe distance, and is short again at the next tick.
 """
 
 from __future__ import annotations
@@ -16,27 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.guidance.config import BarrierConfig, HullConfig
+from companion.guidance.others import Hazard
 from companion.guidance.steering import Course
-from companion.scene import OwnPose, Vector
+from companion.scene import OwnPose
 
 Array = NDArray[np.float64]
 
 TIMES = 10  # moments ahead at which distances are taken
 TURNS = 24  # headings tried, evenly round the compass from the preferred one
 TURNING_ON = 0.6  # a preferred heading further off than this, rad, is a turn of its own, no circle
-
-
-@dataclass(frozen=True, slots=True)
-class Hazard:
-    """Something to keep clear of: position (3,) m, velocity (3,) m/s over ground, least distance between centres m.
-
-    It is taken to keep its speed and, for `turn_memory_s`, its turn rate, rad/s.
-    """
-
-    position: Vector
-    velocity: Vector
-    safe: float
-    turn_rate: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,14 +68,17 @@ class Barrier:
         all_speeds = np.tile(speeds, TURNS + 1)
         rates = np.zeros(len(turns))
         rates[-len(speeds) :] = preferred.turn_rate
-        short = sea.shortfall(*self._arcs(own, preferred.heading + turns, all_speeds, rates))
+        shared = np.array([hazard.reacts for hazard in near])
+        theirs = np.where(shared, np.clip((1.0 - self._config.responsibility) * short, 0.0, self._config.margin_m), 0.0)
+        short = sea.shortfall(*self._arcs(own, preferred.heading + turns, all_speeds, rates)) - theirs
         worst = np.maximum(short.max(axis=1), 0.0)
+        speed_cost = self._config.patient_speed_cost if preferred.patient else self._config.speed_cost
         cost = (
             20.0 * worst
             + 1.0
             - np.cos(turns)
             + self._config.left_penalty * (turns < 0.0)
-            + self._config.speed_cost * np.abs(all_speeds - preferred.speed) / self._top
+            + speed_cost * np.abs(all_speeds - preferred.speed) / self._top
             + self._config.swing_penalty * (1.0 - np.cos(turns - self._given_way))
         )
         best = int(cost.argmin())
@@ -105,7 +97,8 @@ class Barrier:
         rate = np.array([hazard.turn_rate for hazard in near])
         safe = np.array([hazard.safe - relief for hazard in near])
         rate = np.where(np.abs(rate) < 1e-3, 1e-3, rate)[:, None]
-        turning = np.minimum(self._times, self._config.turn_memory_s)
+        memory = np.array([math.inf if hazard.circles else self._config.turn_memory_s for hazard in near])
+        turning = np.minimum(self._times, memory[:, None])
         angle = rate * turning
         sine, cosine = np.sin(angle), np.cos(angle)
         rest = self._times - turning
@@ -114,7 +107,8 @@ class Barrier:
         north = relative[:, 0, None] + forward * vn - right * ve - own.current[0] * self._times
         east = relative[:, 1, None] + forward * ve + right * vn - own.current[1] * self._times
         distance = np.sqrt((relative * relative).sum(axis=1))
-        doubt = self._config.doubt * np.sqrt((velocity * velocity).sum(axis=1))[:, None] * self._times
+        steady = np.array([0.0 if hazard.circles else self._config.doubt for hazard in near])[:, None]
+        doubt = steady * np.sqrt((velocity * velocity).sum(axis=1))[:, None] * self._times
         needed = safe[:, None] + (distance - safe)[:, None] * self._decay + np.minimum(doubt, self._config.doubt_max_m)
         return _Sea(north, east, relative[:, 2, None] ** 2, needed)
 

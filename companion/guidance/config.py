@@ -20,6 +20,8 @@ class WaitConfig:
 
     period_s: float = 35.0  # of one circle: fast enough for a current to matter little, speed left to correct with
     convergence: float = 2.0  # how sharply the course bends toward the circle
+    directness: float = 8.0  # how soon, away from the circle, it leads straight to the point
+    on_circle_radii: float = 1.4  # a vehicle that swims round within so many radii of a point circles it
     approach_mps: float = 0.45  # at least, on the way to the circle: rather out of step than late
     near_radii: float = 1.7  # from here on the speed is that of the circle
     turning_loss: float = 0.18  # share of its speed that a hull loses on the circle, asked for on top
@@ -56,7 +58,9 @@ class BarrierConfig:
     margin_m: float = 0.35  # kept beyond the mission's safe distance
     stand_on_m: float = 0.25  # so much less is asked of a vehicle that circles in step
     obstacle_clearance_m: float = 0.9  # from own centre to an obstacle's surface
+    responsibility: float = 0.5  # share of what is short that this hull makes good where the other one reacts too
     speed_cost: float = 0.5  # of a change of speed by top speed, as 1 - cos of a turn
+    patient_speed_cost: float = 0.2  # the same on the way to a standing point: a slow way is no longer than a quick one
     left_penalty: float = 0.2  # of any turn to port: both of a pair give way to starboard
     swing_penalty: float = 0.15  # and so does leaving the side chosen before
     vertical_from_m: float = 0.25  # a distance short by more than this calls for depth as well

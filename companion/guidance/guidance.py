@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from companion.guidance import steering
-from companion.guidance.barrier import Barrier, Choice, Hazard
+from companion.guidance.barrier import Barrier, Choice
 from companion.guidance.config import GuidanceConfig
+from companion.guidance.others import WORLD_M, hazards, sane
 from companion.mission import LimitsConfig
 from companion.scene import Decision, OwnPose, Scene, Setpoint
-
-WORLD_M = 1e6  # no place is further off, no speed higher; NaN is not below it either
 
 
 class Mode(Enum):
@@ -72,7 +70,7 @@ class Guidance:
         preferred = self._hurry(scene.own, decision, preferred)
         if now < self._escape_until:
             mode, preferred = Mode.ESCAPE, steering.Course(self._escape_heading, self._limits.top_speed_mps)
-        choice = self._barrier.choose(scene.own, preferred, self._hazards(scene))
+        choice = self._barrier.choose(scene.own, preferred, hazards(scene, decision, self._limits, self._config))
         self._watch_progress(now, scene.own, decision, choice)
         self.status = GuidanceStatus(mode, decision.reason, choice.binding is not None, choice.shortfall)
         sinking = self._config.track.depth_lead_s * float(decision.target_velocity[2])
@@ -91,11 +89,11 @@ class Guidance:
         if own is None:
             return "own pose is unknown"
         angles = np.array((own.attitude.roll, own.attitude.pitch, own.attitude.yaw))
-        if not _sane(own.position, own.velocity, own.current, angles):
+        if not sane(own.position, own.velocity, own.current, angles):
             return "own pose is out of this world"
         if target is None:
             return decision.reason or "no point to go to"
-        if not _sane(target, decision.target_velocity):
+        if not sane(target, decision.target_velocity):
             return "point is out of this world"
         return ""
 
@@ -136,18 +134,6 @@ class Guidance:
         speed = own_pace + decision.pace_factor * (course.speed - own_pace)
         speed = min(max(speed, self._limits.steerage_speed_mps), self._limits.top_speed_mps)
         return replace(course, speed=speed)
-
-    def _hazards(self, scene: Scene) -> Iterator[Hazard]:
-        safe = self._limits.safe_distance_m + self._config.barrier.margin_m
-        for other in scene.neighbours:
-            if _sane(other.position, other.velocity):
-                sigma = other.sigma if math.isfinite(other.sigma) else 0.0
-                rate = other.turn_rate if math.isfinite(other.turn_rate) else 0.0
-                yield Hazard(other.position, other.velocity, safe + min(sigma, 1.0), rate)
-        for thing in scene.obstacles:
-            if _sane(thing.position, thing.velocity) and abs(thing.radius) < WORLD_M:
-                clearance = self._config.barrier.obstacle_clearance_m
-                yield Hazard(thing.position, thing.velocity, clearance + max(thing.radius, 0.0))
 
     def _watch_progress(self, now: float, own: OwnPose, decision: Decision, choice: Choice) -> None:
         """Starts an escape once giving way has kept the vehicle from coming nearer to its point for too long."""
@@ -206,11 +192,6 @@ class _Acceleration:
             )
         self._last = (now, point, velocity)
         return self._value
-
-
-# Finite, and nothing that a sea could not hold.
-def _sane(*vectors: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-    return all(abs(value) < WORLD_M for vector in vectors for value in vector.tolist())
 
 
 def _pair(vector: np.ndarray[tuple[int], np.dtype[np.float64]]) -> steering.Pair:

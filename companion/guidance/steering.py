@@ -17,13 +17,15 @@ Pair = tuple[float, float]
 class Course:
     """Heading, rad, and speed through water, m/s, to steer, and the rate, rad/s, at which the heading will turn on.
 
-    `in_step` marks a vehicle that circles its point where the clock says: it stands on, and others give way.
+    `in_step` marks a vehicle that circles its point where the clock says: it stands on, and others give way. `patient`
+    marks one on its way to a standing point: it rather slows down than goes round.
     """
 
     heading: float
     speed: float
     turn_rate: float = 0.0
     in_step: bool = False
+    patient: bool = False
 
 
 def wrap(angle: float) -> float:
@@ -50,10 +52,11 @@ def circle(
 ) -> Course:
     """Heading and speed to come to a standing point and circle it clockwise.
 
-    A vector field (after Beard and McLain, Small Unmanned Aircraft, 10.2): far away it points at the centre, on the
-    circle along the tangent. The course is taken a heading lag ahead, as the circle turns it. Speed brings the
-    vehicle there, and keeps its bearing from its point, in step with the clock, which all share: so all circles turn
-    as one, the distances between vehicles are those between their points, and they leave side by side.
+    A vector field (after Beard and McLain, Small Unmanned Aircraft, 10.2): on the circle along the tangent, and soon
+    away from it straight to the centre, since a way along the tangent is longer. The course is taken a heading lag
+    ahead, as the circle turns it. Speed brings the vehicle there, and keeps its bearing from its point, in step with
+    the clock, which all share: so all circles turn as one, the distances between vehicles are those between their
+    points, and they leave side by side.
     """
     dn, de = position[0] - centre[0], position[1] - centre[1]
     distance, bearing = math.hypot(dn, de), math.atan2(de, dn)
@@ -71,11 +74,18 @@ def circle(
         in_step = abs(late) < wait.in_step_rad
         speed = min(rate * radius / (1.0 - wait.turning_loss) + wait.step_gain * late, wait.catch_up_mps)
     speed = min(max(speed, steerage), top)
-    inward = math.atan(wait.convergence * (distance - radius) / radius)
+    off = (distance - radius) / radius
+    inward = math.atan(wait.convergence * off + wait.directness * max(off, 0.0) ** 2)
     course = bearing + math.pi / 2.0 + inward
     along = speed + current[0] * math.cos(course) + current[1] * math.sin(course)
     turning = max(along, 0.0) / max(distance, radius) * math.cos(inward) ** 2
-    return Course(crab(course + hull.heading_lag_s * turning, speed, current), speed, turning, in_step)
+    return Course(
+        crab(course + hull.heading_lag_s * turning, speed, current),
+        speed,
+        turning,
+        in_step,
+        distance > wait.near_radii * radius,
+    )
 
 
 def follow(

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from companion.guidance import Mode
+from companion.guidance import GuidanceConfig, Mode
+from companion.guidance.others import hazards
+from companion.mission import LimitsConfig
+from companion.scene import Attitude, Neighbour, OwnPose, Scene
 from tests.companion.guidance.missions import STEADY_S, form, swap, travel
 from tests.companion.guidance.sea import Sea, Water, moving, standing
 
@@ -43,6 +46,32 @@ def test_two_that_wait_side_by_side_come_into_step() -> None:
     assert log.separations().min() > COLLISION_M
     assert log.separations(80.0).min() > 4.8
     assert abs(math.remainder(log.heading[-1, 0] - log.heading[-1, 1], math.tau)) < math.radians(10.0)
+
+
+def test_the_way_to_a_standing_point_is_straight() -> None:
+    point = np.array((0.0, 0.0, 2.0))
+    log = Sea(np.array(((10.0, 0.0, 2.0),)), np.array((math.pi,))).run(40.0, lambda now, i, scene: standing(point))
+    there = int((np.hypot(log.position[:, 0, 0], log.position[:, 0, 1]) < 2.5).argmax())
+    way = np.hypot(*np.diff(log.position[: there + 1, 0, :2], axis=0).T).sum()
+    assert way + 2.5 < 10.0 * 1.015
+
+
+def test_who_reacts_and_who_stands_on() -> None:
+    """A hull adrift and one that circles a standing point do not give way; one under way does."""
+    current = np.array((0.1, 0.0, 0.0))
+    own = OwnPose(np.array((-9.0, 0.0, 2.0)), np.zeros(3), Attitude(0.0, 0.0, 0.0), 0.05, 0.0, current)
+
+    def other(north: float, east: float, velocity: tuple[float, float]) -> Neighbour:
+        return Neighbour(np.array((north, east, 2.0)), np.array((*velocity, 0.0)) + current, 0.05, 0.0, 0.0)
+
+    seen = (other(1.9, 0.0, (0.0, 0.35)), other(1.9, 0.0, (0.0, -0.35)), other(6.0, 0.0, (0.4, 0.0)),
+            other(-6.0, 0.0, (0.0, 0.0)))  # fmt: skip
+    decision, config = standing(np.array((0.0, 0.0, 2.0))), GuidanceConfig()
+    found = list(hazards(Scene(0.0, own, seen), decision, LimitsConfig(), config))
+    assert [hazard.circles for hazard in found] == [True, False, False, False]
+    assert [hazard.reacts for hazard in found] == [False, True, True, False]
+    under_way = moving(np.zeros(3), np.array((0.35, 0.0, 0.0)))
+    assert not any(hazard.circles for hazard in hazards(Scene(0.0, own, seen), under_way, LimitsConfig(), config))
 
 
 @pytest.mark.parametrize("seed", range(8))
