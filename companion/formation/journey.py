@@ -31,6 +31,7 @@ class Journey:
         self.track = way_of(mission, self.shapes)
         self.length = float(self.track.along[-1])
         self.spans: list[Span] = []
+        self._travels: dict[tuple[Span, ...], Timetable] = {}
         for index, config in enumerate(mission.transform):
             self.spans.append(self._placed(index, config))
 
@@ -54,11 +55,16 @@ class Journey:
         before = [span for span in stands if span.first < self._begin]
         return before, on_way, stands[len(before) :]
 
+    # Worked out once for each list of spans.
     def _travel(self) -> Timetable:
+        known = self._travels.get(tuple(self.spans))
+        if known is not None:
+            return known
         before, on_way, _ = self._split()
         table = travel(self.track, self.shapes, on_way, len(before), self._mission)
         begin = self._begin if self.length or not before else max(self._begin, before[-1].last)
-        return table._replace(times=table.times + begin)
+        self._travels = {tuple(self.spans): table._replace(times=table.times + begin)}
+        return self._travels[tuple(self.spans)]
 
     # A share of the way eased like this is the very cubic that lies between two samples at rest.
     def _standing(self, spans: list[Span], done: int, place: Array, heading: float) -> Timetable:

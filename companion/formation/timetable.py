@@ -25,6 +25,7 @@ STEERAGE_RESERVE = 0.5  # share of the steerage speed by which every point excee
 RAMP_S = 8.0  # time to come from rest to the pace: a hull's own lag several times over
 STEP_SHARE = 0.1  # step of the worked-out journey as a share of lambda
 LEAST_SPEED = 0.05  # of the centre, as a share of the pace, however sharp the turn
+_STRAIGHT = 1e-9  # rad/m: a way that turns less is straight
 _BETWEEN = 1e-3  # share by which a point may go faster between two samples than at them
 _BLOCK = 1024  # samples worked on at once: bounds memory
 
@@ -89,7 +90,7 @@ def travel(track: Track, shapes: Array, spans: Sequence[Span], before: int, miss
 def _speed(track: Track, shapes: Array, done: Array, slope: Array, mission: Mission) -> Array:
     pace, permitted, needed = mission.path.pace_mps, permitted_speed(mission), needed_speed(mission)
     least, most = np.ones(len(done)), np.ones(len(done))
-    changing = np.flatnonzero((track.turning != 0.0) | (slope != 0.0))
+    changing = np.flatnonzero((np.abs(track.turning) > _STRAIGHT) | (slope != 0.0))
     for first in range(0, len(changing), _BLOCK):
         block = changing[first : first + _BLOCK]
         rates = np.column_stack((track.tangent[block], track.turning[block], slope[block]))

@@ -24,6 +24,7 @@ from companion.scene import Phase
 Array = NDArray[np.float64]
 
 _BLOCK = 1024  # samples worked on at once: bounds memory
+_STRIDE = 4  # of the samples by which a long journey is judged: still under half of lambda
 
 
 class VirtualState(NamedTuple):
@@ -129,9 +130,11 @@ class VirtualFormation:
         return VirtualState(offset + np.array((north, east, down)), moved, heading, phase, self._jumps[index])
 
     def stretches(self) -> Iterator[Stretch]:
-        """The whole journey, as it was worked out, in blocks that follow each other."""
-        for first in range(0, len(self._clock), _BLOCK):
-            times, states, rates = (part[first : first + _BLOCK] for part in self._table)
+        """The whole journey, sampled finely enough to judge it, in blocks that follow each other."""
+        count = len(self._clock)
+        sampled = np.unique(np.append(np.arange(0, count, _STRIDE if count > _BLOCK else 1), count - 1))
+        for first in range(0, len(sampled), _BLOCK):
+            times, states, rates = (part[sampled[first : first + _BLOCK]] for part in self._table)
             done = states[:, 4]
             points = offsets(bodies(self._shapes, done)[0], states[:, 3]) + states[:, None, :3]
             yield Stretch(times, points, velocities(self._shapes, states[:, 3], done, rates), done)
