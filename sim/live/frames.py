@@ -30,7 +30,7 @@ def introduction(scenario: Scenario, mcu: str, *, paced: bool) -> dict[str, Any]
         "paced": paced,
         "vehicles": mission.vehicles,
         "duration_s": config.duration_s,
-        "shape": mission.formation.shape,
+        "shape": ", then ".join((mission.formation.shape, *(change.shape for change in mission.transform))),
         "range_m": config.sensor.range_m,
         "hull_m": [HULL_LENGTH_M, HULL_DIAMETER_M],
         "path": np.round(_way(mission), 2).tolist(),

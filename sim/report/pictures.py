@@ -30,6 +30,7 @@ _STYLE = {
 }
 _PHASE_SHADES = {Phase.WAITING: "#dddddd", Phase.FORMING: "#cfe6f5", Phase.TRAVEL: "#ffffff", Phase.DONE: "#d9efe4"}
 _SNAPSHOTS = 5
+_LEVEL_M = 0.5  # points within so much of depth swim in one plane
 
 
 def colour(vehicle: int) -> str:
@@ -76,8 +77,12 @@ def draw_all(history: History, scenario: Scenario, folder: Path) -> list[tuple[P
 
 
 def tracks(figure: Figure, history: History, scenario: Scenario) -> None:
-    """North up, with the formation at a few moments."""
-    axes = figure.add_subplot()
+    """North up, with the formation at a few moments; depths below where they differ."""
+    if np.ptp(history.points[..., 2]) > _LEVEL_M:
+        axes, below = figure.subplots(2, 1, height_ratios=(3.5, 1.0))
+        depths(below, history)
+    else:
+        axes = figure.add_subplot()
     path = VirtualFormation(scenario.mission).way
     axes.plot(path[:, 1], path[:, 0], ":", color="#888888", linewidth=1.2, zorder=1)
     for i in range(history.position.shape[1]):
@@ -103,6 +108,18 @@ def tracks(figure: Figure, history: History, scenario: Scenario) -> None:
         course = np.degrees(np.arctan2(water.east_mps, water.north_mps)) % 360.0
         speed = np.hypot(water.north_mps, water.east_mps)
         axes.set_title(f"current {speed:.2f} m/s toward {course:.0f} deg", fontsize=9, loc="right", color="#555555")
+
+
+def depths(axes: Axes, history: History) -> None:
+    """Depths of points and vehicles over time; dotted lines are the moments shown from above."""
+    axes.plot(history.time, history.points[..., 2], color="#999999", linewidth=1.0)
+    for i in range(history.position.shape[1]):
+        axes.plot(history.time, history.position[:, i, 2], color=colour(i), linewidth=0.9)
+    for k in snapshot_indices(history):
+        axes.axvline(history.time[k], color="#555555", linewidth=0.8, linestyle=":")
+    axes.invert_yaxis()
+    axes.set_ylabel("depth (m)")
+    _phases(axes, history)
 
 
 def snapshot_indices(history: History) -> list[int]:

@@ -183,7 +183,7 @@ toml_values = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=5,
 )
-keys = st.sampled_from(["name", "seed", "vehicles", "formation", "path", "schedule", "limits", "x"])
+keys = st.sampled_from(["name", "seed", "vehicles", "formation", "path", "transform", "schedule", "limits", "x"])
 inner_keys = st.sampled_from(
     ["shape", "spacing_m", "points_m", "point_count", "waypoints_m", "origin_m", "pace_mps", "turn_radius_m", "step_m"]
 )
