@@ -17,7 +17,7 @@ from companion.formation import Formation, VirtualFormation, VirtualState
 from companion.formation.transform import matched, nearest
 from companion.mission import Mission
 from companion.scene import Attitude, Decision, Neighbour, OwnPose, Phase, Scene
-from companion.shapes import SHAPES
+from companion.shapes import SHAPES, tilted
 
 Array = NDArray[np.float64]
 
@@ -103,6 +103,39 @@ def test_it_transforms_where_it_stands(at_s: float) -> None:
     assert width(after.points) == pytest.approx(15.0)
     assert middle.phase is (Phase.FORMING if at_s < 80.0 else Phase.TRAVEL)
     assert virtual.at(virtual.end_s).phase is Phase.DONE
+
+
+def test_it_takes_any_list_of_points_in_three_dimensions() -> None:
+    own = [[6.0, 0.0, 2.0], [0.0, 5.0, 0.0], [0.0, -5.0, 0.0], [-6.0, 0.0, -1.0], [0.0, 0.0, 3.0], [0.0, 0.0, -4.0]]
+    virtual = VirtualFormation(
+        mission([{"shape": "points", "points_m": own, "at_m": 5.0}], 140.0, path={"origin_m": [0.0, 0.0, 8.0]})
+    )
+    end = virtual.at(virtual.end_s).points - (140.0, 0.0, 8.0)
+    assert sorted(map(tuple, np.round(end, 6).tolist())) == sorted(map(tuple, own))
+
+
+def test_a_tetrahedron_has_equal_edges_and_its_tip_ahead() -> None:
+    points = SHAPES["tetrahedron"](4, 3.0)
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)[np.triu_indices(4, 1)]
+    np.testing.assert_allclose(apart, 3.0)
+    assert (points[1:, 0] < points[0, 0] - 2.0).all()
+    twenty = SHAPES["tetrahedron"](20, 3.0)
+    np.testing.assert_allclose(np.unique(np.round(twenty[:, 0], 6), return_counts=True)[1], [10, 6, 3, 1])
+
+
+def test_a_tilted_shape_keeps_its_distances() -> None:
+    flat = SHAPES["triangle"](6, 5.0)
+    up = tilted(flat, math.radians(30.0), 0.0)
+    assert up[0, 2] == pytest.approx(flat[0, 0] * -0.5), "what is ahead is higher"
+    assert up[-1, 2] - up[0, 2] == pytest.approx(0.5 * (flat[0, 0] - flat[-1, 0])), "what is behind is deeper"
+    side = tilted(flat, 0.0, math.radians(30.0))
+    np.testing.assert_allclose(side[:, 2], 0.5 * flat[:, 1], atol=1e-12)
+    both = tilted(flat, 0.4, -0.3)
+    np.testing.assert_allclose(
+        np.linalg.norm(both[:, None] - both[None], axis=2),
+        np.linalg.norm(flat[:, None] - flat[None], axis=2),
+        atol=1e-9,
+    )
 
 
 def test_points_that_jump_are_there_at_once() -> None:

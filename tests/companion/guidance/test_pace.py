@@ -1,4 +1,4 @@
-"""s and f of eq 8 at sea: a vehicle comes to its point slower or faster than usual, and keeps it like any other."""
+"""Coming to a point: slower or faster than usual where the mission says so (s and f of eq 8), and up or down with it."""
 
 from __future__ import annotations
 
@@ -41,3 +41,18 @@ def test_at_its_point_it_is_like_any_other() -> None:
     for factor in (0.7, 1.2, 0.0, float("nan")):
         assert speed(2.0, factor) == speed(2.0, 1.0)
         assert speed(1.0, factor, MOVING) == speed(1.0, 1.0, MOVING)
+
+
+def depth(down: float, sinking: float) -> float:
+    target, velocity = np.array([3.0, 0.0, down]), np.array([0.3, 0.0, sinking])
+    pose = OwnPose(np.array([0.0, 0.0, down]), np.zeros(3), Attitude(0.0, 0.0, 0.0), 0.0, 7.0)
+    decision = Decision(Phase.TRAVEL, 0, target[None], target, velocity, 3.0)
+    return Guidance(LIMITS).step(7.0, Scene(7.0, pose), decision).depth
+
+
+def test_it_is_told_the_depth_that_its_point_will_have_once_the_firmware_follows() -> None:
+    assert depth(5.0, 0.0) == 5.0
+    assert depth(5.0, 0.03) == pytest.approx(5.12)
+    assert depth(5.0, -0.03) == pytest.approx(4.88)
+    assert depth(LIMITS.depth_min_m, -0.03) == LIMITS.depth_min_m
+    assert depth(LIMITS.depth_max_m, 0.03) == LIMITS.depth_max_m
