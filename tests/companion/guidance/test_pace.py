@@ -1,4 +1,4 @@
-"""Coming to a point: slower or faster than usual where the mission says so (s and f of eq 8), and up or down with it."""
+"""Coming to a point: slower or faster where the mission says so (s and f of eq 8), and up or down with it."""
 
 from __future__ import annotations
 
