@@ -70,7 +70,7 @@ CAMPAIGN = Campaign(
         "each vehicle held its point and was within 2.5 m of it (waiting hulls circle at 1.9 m), the straight rest "
         "added, all runs summed. The optimum is the least sum of straight ways; the hulls' own is the least sum of "
         "ways for hulls that start with the headings they have and turn in circles of 1.25 m (Dubins, final heading "
-        "free, still water): no hull with that turning circle does better for long, whatever steers it. A run that "
+        "free, still water): no hull with that turning circle does better but by luck with the current. A run that "
         "never formed counts under \"formed\" and has no forming travel."
     ),
     figures=FIGURES,
