@@ -6,18 +6,24 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from companion.formation import rules
-from companion.formation.rules import Look, Memory, Point, Senses
+from companion.formation.reserve import reserve
+from companion.formation.rules import Look, Memory, Senses
 from companion.formation.som import PAPER, SOM, SomSettings, organise
 from companion.formation.tuning import Tuning
 from companion.formation.virtual import VirtualFormation, VirtualState
 from companion.mission import Mission
 from companion.scene import Decision, Phase, Scene
 
+Array = NDArray[np.float64]
+
 LOOK_PERIOD_S = 1.0  # between two looks that are kept to tell the dead by
 SCENE_LIMIT_S = 1.0  # an older scene is no scene
 SWEEPS = 30  # of Algorithm 1 in a tick: enough where it converges, not too long where it does not
+NO_POINT = "no free point"
+SPARE = "no free point: travelling in reserve"
 
 
 @dataclass(slots=True)
@@ -25,7 +31,7 @@ class _State:
     """What one vehicle remembers from tick to tick."""
 
     memory: Memory
-    point: int | None = None
+    place: int | None = None  # a point, or behind those one of the reserve
     looks: list[Look] = field(default_factory=list)
     switches: float = 0.0
     calm_until: float = -math.inf
@@ -46,9 +52,11 @@ class Formation:
         self._som = _algorithm(mission)
         self._pace: list[float] = mission.pace_factors().tolist()
         self._seed = mission.seed
-        count = len(mission.points())
+        self._points = len(mission.points())
+        self._spares = max(mission.vehicles - self._points, 0)
+        count = self._points + self._spares
         order = np.random.default_rng((mission.seed, 0x50)).permutation(count)
-        self._rank: list[int] = np.argsort(order).tolist()
+        self._rank = np.argsort(order)
         self._state = _State(Memory.blank(count))
         self._last: tuple[float, VirtualState] | None = None
         self._elapsed = 0.0
@@ -68,42 +76,43 @@ class Formation:
         senses = rules.sense(scene, self._tuning)
         if senses is None:
             return self._hold(virtual, "own position is unknown")
-        points: list[Point] = list(map(tuple, virtual.points.tolist()))
-        point = self._choose(now, senses, points)
-        self._count_switch(now, point)
-        self._state.point = point
-        if point is None:
-            return self._hold(virtual, "no free point")
-        target = virtual.points[point]
-        error = math.dist(senses.me.position, points[point])
-        pace = self._pace[point]
-        return Decision(virtual.phase, point, virtual.points, target, virtual.velocities[point], error, "", pace)
+        places, velocities = virtual.points, virtual.velocities
+        if self._spares:
+            row, drift = reserve(virtual, self._spares, self._tuning.spacing_m)
+            places, velocities = np.vstack((places, row)), np.vstack((velocities, drift))
+        place = self._choose(now, senses, places)
+        self._count_switch(now, place)
+        self._state.place = place
+        if place is None:
+            return self._hold(virtual, NO_POINT)
+        target, velocity = places[place], velocities[place]
+        if place >= self._points:
+            return Decision(virtual.phase, None, virtual.points, target, velocity, None, SPARE)
+        error, pace = math.dist(senses.positions[senses.me], target), self._pace[place]
+        return Decision(virtual.phase, place, virtual.points, target, velocity, error, "", pace)
 
-    def _choose(self, now: float, senses: Senses, points: list[Point]) -> int | None:
+    # Rules 2 to 6, for the points and, behind them, the places of the reserve.
+    def _choose(self, now: float, senses: Senses, places: Array) -> int | None:
         state, tuning = self._state, self._tuning
-        alive = [
-            other for other in senses.others if not rules.dead(other, now, state.looks, points, senses.current, tuning)
-        ]
+        ways = rules.distances(senses.positions, places)
+        lost = rules.dead(senses, now, state.looks, ways, tuning)
         self._keep_look(now, senses)
-        state.memory = rules.remember(state.memory, now, senses, points, tuning)
-        vehicles = sorted((senses.me, *alive), key=lambda rival: rival.position)
-        me = vehicles.index(senses.me)
-        chosen = rules.candidates(state.memory, now, senses, points, len(vehicles), tuning)
+        state.memory = rules.remember(state.memory, now, senses, ways, tuning)
+        if lost.any():
+            senses, ways = senses.without(lost), ways[~lost]
+        chosen = rules.candidates(state.memory, now, senses, ways, tuning)
         if self._form != "price":
-            return self._organise(chosen, points, [rival.position for rival in vehicles], me)
-        calm = now < state.calm_until
-        costs = [
-            rules.cost_row(rival, state.point if i == me else None, calm, senses, points, chosen, tuning)
-            for i, rival in enumerate(vehicles)
-        ]
-        return rules.compete(costs, me, chosen, self._rank)
+            return self._organise(chosen[chosen < self._points], places, senses)
+        cost = rules.costs(senses, ways, state.place, now < state.calm_until, chosen, tuning)
+        hidden = rules.hidden_costs(senses, ways, chosen, tuning)
+        return rules.compete(cost, hidden, senses.me, chosen, self._rank, self._points)
 
     # Algorithm 1 as it is, for comparison, among those in sight; a point not won this time stays as it was.
-    def _organise(self, chosen: list[int], points: list[Point], vehicles: list[Point], me: int) -> int | None:
-        inputs = np.array([points[i] for i in chosen])
-        urgency = np.array([self._pace[i] - 1.0 for i in chosen])
-        outcome = organise(inputs, np.array(vehicles), self._som, (self._seed, 0x50), urgency=urgency)
-        return chosen[outcome.winner.index(me)] if me in outcome.winner else self._state.point
+    def _organise(self, chosen: NDArray[np.intp], points: Array, senses: Senses) -> int | None:
+        urgency = np.array([self._pace[point] - 1.0 for point in chosen])
+        outcome = organise(points[chosen], senses.positions, self._som, (self._seed, 0x50), urgency=urgency)
+        winner = outcome.winner
+        return int(chosen[winner.index(senses.me)]) if senses.me in winner else self._state.place
 
     # A clock that jumps, either way, makes nonsense of where the points are: hold until it runs on evenly. Points that
     # jump as the mission says are new points, of which nothing is known; their centre goes on evenly.
@@ -123,10 +132,10 @@ class Formation:
         jumped = self._settled - self._tuning.settle_s <= now < self._settled
         return "clock jumped" if jumped else ""
 
-    def _count_switch(self, now: float, point: int | None) -> None:
+    def _count_switch(self, now: float, place: int | None) -> None:
         state, tuning = self._state, self._tuning
         state.switches = max(state.switches - self._elapsed / tuning.switch_leak_s, 0.0)
-        if state.point is not None and point != state.point:
+        if state.place is not None and place != state.place:
             state.switches += 1.0
             if state.switches > tuning.switches_allowed:
                 state.switches, state.calm_until = 0.0, now + tuning.calm_s
@@ -134,7 +143,7 @@ class Formation:
     def _keep_look(self, now: float, senses: Senses) -> None:
         looks = self._state.looks
         if not looks or now - looks[-1].time >= LOOK_PERIOD_S:
-            looks.append(Look(now, tuple(other.position for other in senses.others)))
+            looks.append(Look(now, np.delete(senses.positions, senses.me, axis=0)))
             while len(looks) > 1 and now - looks[1].time >= self._tuning.dead_window_s:
                 del looks[0]
 
@@ -142,7 +151,9 @@ class Formation:
         self._state = _State(Memory.blank(len(self._rank)))
 
     def _hold(self, virtual: VirtualState, reason: str) -> Decision:
-        return Decision(virtual.phase, self._state.point, virtual.points, None, np.zeros(3), None, reason)
+        place = self._state.place
+        point = place if place is not None and place < self._points else None
+        return Decision(virtual.phase, point, virtual.points, None, np.zeros(3), None, reason)
 
 
 # Algorithm 1 with what the mission says of it: s and f, and S and S_max where it has them.

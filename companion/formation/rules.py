@@ -2,7 +2,7 @@
 
 Vehicles share the mission and the clock. Each sees itself and those within range, does not know who they are, and
 imagines their decisions by making them with the same rules. Each rule is a pure function of what it is given. Rule 7,
-motion, is guidance's. Positions are (north, east, down) tuples of floats, m: at this size faster than arrays.
+motion, is guidance's.
 """
 
 from __future__ import annotations
@@ -10,203 +10,203 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import dist
+
+import numpy as np
+from numpy.typing import NDArray
 
 from companion.formation.auction import auction
 from companion.formation.tuning import Tuning
-from companion.scene import Neighbour, Scene
+from companion.scene import Scene
 
-Point = tuple[float, float, float]
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 FAR_M = 2e3  # a longer way costs no more: keeps every cost finite
 FORBIDDEN = math.inf  # cost of a way not to be taken unless there is no other
 
 
 @dataclass(frozen=True, slots=True)
-class Rival:
-    """A vehicle as a competitor: its position and two sigmas of it, m."""
-
-    position: Point
-    margin: float
-
-
-@dataclass(frozen=True, slots=True)
 class Senses:
-    """What rule 1 says: this vehicle, the others in no order that matters, the water, and how far sight reaches, m."""
+    """What rule 1 says: the vehicles seen, this one in row `me`, in an order that all vehicles share.
 
-    me: Rival
-    others: tuple[Rival, ...]
-    current: Point
+    `positions` (N, 3) m and `margins` (N,) m, two sigmas of them; `current` (3,) m/s; what is nearer than `sight` m is
+    seen for sure.
+    """
+
+    positions: Array
+    margins: Array
+    me: int
+    current: Array
     sight: float
+
+    def without(self, rows: Mask) -> Senses:
+        """The same without some of the others."""
+        kept = ~rows
+        kept[self.me] = True
+        if kept.all():
+            return self
+        me = int(np.count_nonzero(kept[: self.me]))
+        return Senses(self.positions[kept], self.margins[kept], me, self.current, self.sight)
 
 
 def sense(scene: Scene, tuning: Tuning) -> Senses | None:
     """Rule 1, sense: the own position and the vehicles seen, each once; None when the own position is unknown."""
     own = scene.own
-    position = None if own is None else _point(own.position.tolist())
-    if own is None or position is None:
+    if own is None or own.position.shape != (3,) or not np.isfinite(own.position).all():
         return None
     sigma = _sigma(own.sigma, tuning)
-    seen = sorted(filter(None, (_rival(other, tuning) for other in scene.neighbours)), key=lambda r: r.position)
-    others: list[Rival] = []
-    for rival in seen:
-        if dist(rival.position, position) >= tuning.duplicate_m and not _is_double(rival, others, tuning.duplicate_m):
-            others.append(rival)
+    others = [
+        (*other.position.tolist(), _sigma(other.sigma, tuning))
+        for other in scene.neighbours
+        if other.position.shape == (3,) and other.age <= tuning.age_limit_s
+    ]
+    rows = np.array([(*own.position.tolist(), sigma), *others])
+    away = own.position - rows[:, :3]
+    apart = np.einsum("ij,ij->i", away, away) >= tuning.duplicate_m**2  # false for what is no number
+    apart &= np.isfinite(rows).all(axis=1)
+    apart[0] = True
+    rows = _distinct(rows[apart], tuning.duplicate_m)
+    order = np.lexsort(rows[:, 2::-1].T)
     reach = scene.sensing_range if scene.sensing_range > 0.0 else 0.0
-    return Senses(
-        Rival(position, tuning.near_sigmas * sigma),
-        tuple(others),
-        _point(own.current.tolist()) or (0.0, 0.0, 0.0),
-        reach - tuning.sight_sigmas * sigma,
-    )
+    current = own.current if np.isfinite(own.current).all() else np.zeros(3)
+    margins = tuning.near_sigmas * rows[order, 3]
+    me = int(np.flatnonzero(order == 0)[0])
+    return Senses(rows[order, :3], margins, me, current, reach - tuning.sight_sigmas * sigma)
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Where vehicles were seen at an earlier time, s."""
+    """Where vehicles were seen at an earlier time, s: (N, 3) m."""
 
     time: float
-    positions: tuple[Point, ...]
+    positions: Array
 
 
-def dead(
-    rival: Rival, now: float, looks: Sequence[Look], points: Sequence[Point], current: Point, tuning: Tuning
-) -> bool:
-    """Rule 2, dead: a vehicle on no point that only drifted for a while; competing, it keeps a point empty."""
+def dead(senses: Senses, now: float, looks: Sequence[Look], ways: Array, tuning: Tuning) -> Mask:
+    """Rule 2, dead: a vehicle on no point that only drifted for a while; competing, it keeps a point empty.
+
+    `ways` (N, L) m are those from the vehicles to the points.
+    """
     if not looks or now - looks[0].time < tuning.dead_window_s:
-        return False
-    if _nearest(rival.position, points)[1] <= tuning.occupied_m + rival.margin:
-        return False
-    x, y, z = rival.position
+        return np.zeros(len(ways), dtype=bool)
+    still: Mask = ways.min(axis=1) > tuning.occupied_m + senses.margins
+    still[senses.me] = False
     for look in looks:
+        if not still.any():
+            break
         age = now - look.time
-        origin = (x - current[0] * age, y - current[1] * age, z - current[2] * age)
-        drift = tuning.dead_speed_mps * age + rival.margin
-        if not any(dist(origin, position) <= drift for position in look.positions):
-            return False
-    return True
+        drift = tuning.dead_speed_mps * age + senses.margins[still]
+        origin = senses.positions[still] - senses.current * age
+        still[still] = (distances(origin, look.positions) <= drift[:, None]).any(axis=1)
+    return still
 
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """Of each point: when a vehicle was last seen on it (None: it is free), and how often in a row it looked empty."""
+    """Of each point (L,): when a vehicle was last seen on it (NaN: it is free), and how often in a row it was empty."""
 
-    occupied: tuple[float | None, ...]
-    empty: tuple[int, ...]
+    occupied: Array
+    empty: NDArray[np.int_]
 
     @staticmethod
     def blank(count: int) -> Memory:
         """All points free, none looked at."""
-        return Memory((None,) * count, (0,) * count)
+        return Memory(np.full(count, np.nan), np.zeros(count, dtype=int))
 
 
-def remember(memory: Memory, now: float, senses: Senses, points: Sequence[Point], tuning: Tuning) -> Memory:
+def remember(memory: Memory, now: float, senses: Senses, ways: Array, tuning: Tuning) -> Memory:
     """Rule 3, memory: a point out of sight is as last seen, else vehicles would set out for points long taken."""
-    occupied, empty = list(memory.occupied), list(memory.empty)
-    certain = senses.sight - tuning.circling_m
-    for i, point in enumerate(points):
-        if any(dist(point, other.position) <= tuning.occupied_m + other.margin for other in senses.others):
-            occupied[i], empty[i] = now, 0
-        elif dist(point, senses.me.position) <= certain:
-            empty[i] += 1
-            if empty[i] >= tuning.empty_looks:
-                occupied[i] = None
-        else:
-            empty[i] = 0
-    return Memory(tuple(occupied), tuple(empty))
+    taken = ways <= (tuning.occupied_m + senses.margins)[:, None]
+    taken[senses.me] = False
+    full = taken.any(axis=0)
+    looked = ~full & (ways[senses.me] <= senses.sight - tuning.circling_m)
+    empty = np.where(looked, memory.empty + 1, 0)
+    occupied = np.where(full, now, np.where(empty >= tuning.empty_looks, np.nan, memory.occupied))
+    return Memory(occupied, empty)
 
 
-def candidates(
-    memory: Memory, now: float, senses: Senses, points: Sequence[Point], vehicles: int, tuning: Tuning
-) -> list[int]:
+def candidates(memory: Memory, now: float, senses: Senses, ways: Array, tuning: Tuning) -> NDArray[np.intp]:
     """Rule 4, candidates: all points but those taken by somebody out of sight, but one for each vehicle in sight."""
-    certain = senses.sight - tuning.circling_m
-    taken = [
-        (time, i)
-        for i, time in enumerate(memory.occupied)
-        if time is not None and time < now and dist(points[i], senses.me.position) > certain
-    ]
-    if not taken:
-        return list(range(len(points)))
-    taken.sort()
-    forgotten = max(vehicles - (len(points) - len(taken)), 0)
-    excluded = {i for _, i in taken[forgotten:]}
-    return [i for i in range(len(points)) if i not in excluded]
+    hidden = ways[senses.me] > senses.sight - tuning.circling_m
+    taken = np.flatnonzero(hidden & (memory.occupied < now))
+    open_points = len(memory.occupied) - len(taken)
+    forgotten = max(len(senses.positions) - open_points, 0)
+    oldest_first = taken[np.argsort(memory.occupied[taken], kind="stable")]
+    chosen = np.ones(len(memory.occupied), dtype=bool)
+    chosen[oldest_first[forgotten:]] = False
+    return np.flatnonzero(chosen)
 
 
-def cost_row(
-    rival: Rival,
-    mine: int | None,
-    calm: bool,
-    senses: Senses,
-    points: Sequence[Point],
-    chosen: Sequence[int],
-    tuning: Tuning,
-) -> list[float]:
-    """Rule 5, cost: d^p, less for my own point (`mine`) while it is far, forbidden for who would leave a point unseen.
+def costs(senses: Senses, ways: Array, mine: int | None, calm: bool, chosen: NDArray[np.intp], tuning: Tuning) -> Array:
+    """Rule 5, cost (N, C) of the points chosen: d^p, less for my own point while it is far.
 
-    In a `calm`, points beyond sight all cost the same.
+    Forbidden for who would leave a point for one unseen. `mine` is my point so far; in a `calm`, points beyond sight
+    all cost the same.
     """
-    ways = [dist(rival.position, points[i]) for i in chosen]
+    there = ways[:, chosen]
     longest = min(FAR_M, max(senses.sight, 0.0)) if calm else FAR_M
-    row = [min(way, longest) ** tuning.exponent for way in ways]
-    if mine is not None and mine in chosen:
-        at = chosen.index(mine)
-        if tuning.hysteresis_beyond_m < ways[at] < longest:
-            row[at] = (ways[at] - tuning.hysteresis_m) ** tuning.exponent
-    home, away = _nearest(rival.position, points)
-    if away <= tuning.parked_m + rival.margin:
-        # Where on its circle a vehicle happens to be says nothing about which point is the better for it.
-        if home in chosen:
-            at = chosen.index(home)
-            row[at] = (tuning.parked_share * ways[at]) ** tuning.exponent
-        # A vehicle that left its point for one that others do not see would fill one hole and open another.
-        for at, i in enumerate(chosen):
-            if i != home and max(ways[at], dist(points[i], senses.me.position)) > senses.sight:
-                row[at] = FORBIDDEN
-    return row
+    effort = np.minimum(there, FAR_M)
+    effort[senses.me] = np.minimum(effort[senses.me], longest)
+    mine_at = np.flatnonzero(chosen == mine) if mine is not None else ()
+    if len(mine_at) and tuning.hysteresis_beyond_m < there[senses.me, mine_at[0]] < longest:
+        effort[senses.me, mine_at[0]] -= tuning.hysteresis_m
+    home = ways.argmin(axis=1)
+    parked = ways.min(axis=1) <= tuning.parked_m + senses.margins
+    # Where on its circle a vehicle happens to be says nothing about which point is the better for it.
+    at_home = parked[:, None] & (chosen == home[:, None])
+    effort[at_home] = tuning.parked_share * there[at_home]
+    cost: Array = effort**tuning.exponent
+    # A vehicle that left its point for one that others do not see would fill one hole and open another.
+    unseen = np.maximum(there, ways[senses.me, chosen]) > senses.sight
+    cost[parked[:, None] & ~at_home & unseen] = FORBIDDEN
+    return cost
 
 
-def compete(costs: Sequence[Sequence[float]], me: int, chosen: Sequence[int], rank: Sequence[int]) -> int | None:
-    """Rule 6, compete: the point that vehicle `me` wins in the price form, None if there are too few.
+def hidden_costs(senses: Senses, ways: Array, chosen: NDArray[np.intp], tuning: Tuning) -> Array:
+    """Rule 6, what a team-mate out of sight pays (C,): it is at least as far from a point as the edge of my sight.
 
-    `costs` are one row for each vehicle, `rank` is the points' order of presentation. Team-mates out of sight cost the
-    same everywhere: the auction leaves vacant, at no cost, as many points as there are of them.
+    So those in sight fill the points that nobody else can be near to, and leave the ones beyond to others.
     """
-    presented = sorted(range(len(chosen)), key=lambda at: rank[chosen[at]])
-    dearest = 1.0 + len(costs) * max((cost for row in costs for cost in row if cost < FORBIDDEN), default=0.0)
-    rows = [[min(cost, dearest) for cost in row] for row in zip(*costs, strict=True)]
-    winner = auction(rows, order=presented).winner
-    return chosen[winner.index(me)] if me in winner else None
+    sight = min(senses.sight, FAR_M)
+    cost: Array = np.maximum(sight - ways[senses.me, chosen], 0.0) ** tuning.exponent
+    return cost
 
 
-def _nearest(position: Point, points: Sequence[Point]) -> tuple[int, float]:
-    ways = [dist(position, point) for point in points]
-    nearest = min(ways)
-    return ways.index(nearest), nearest
+def compete(
+    cost: Array, hidden: Array, me: int, chosen: NDArray[np.intp], rank: NDArray[np.intp], points: int
+) -> int | None:
+    """Rule 6, compete: the place that vehicle `me` wins in the price form, None if there are too few.
+
+    `cost` (N, C) has a row for each vehicle in sight, `hidden` (C,) is the cost of any other; `rank` (L,) is the places'
+    order of presentation. Places from number `points` on are the reserve, for those who find no point.
+    """
+    presented = np.argsort(rank[chosen], kind="stable")
+    finite = cost[cost < FORBIDDEN]
+    dearest = 1.0 + len(cost) * float(finite.max(initial=0.0))
+    rows = np.minimum(cost, dearest)
+    rows[:, chosen >= points] += dearest
+    seats = [1] * len(cost)
+    if len(chosen) > len(cost):
+        rows = np.vstack((rows, hidden))
+        seats.append(len(chosen) - len(cost))
+    winner = auction(rows.T.tolist(), seats, presented.tolist()).winner
+    return int(chosen[winner.index(me)]) if me in winner else None
 
 
-# Whether one of `others`, sorted by north, is the same hull.
-def _is_double(rival: Rival, others: Sequence[Rival], duplicate: float) -> bool:
-    for other in reversed(others):
-        if rival.position[0] - other.position[0] >= duplicate:
-            return False
-        if dist(rival.position, other.position) < duplicate:
-            return True
-    return False
+def distances(vehicles: Array, points: Array) -> Array:
+    """Ways (N, L) m from vehicles (N, 3) to points (L, 3)."""
+    offset = vehicles[:, None] - points
+    ways: Array = np.sqrt(np.einsum("ijk,ijk->ij", offset, offset))
+    return ways
 
 
-def _rival(other: Neighbour, tuning: Tuning) -> Rival | None:
-    position = _point(other.position.tolist())
-    if position is None or not other.age <= tuning.age_limit_s:
-        return None
-    return Rival(position, tuning.near_sigmas * _sigma(other.sigma, tuning))
-
-
-def _point(values: list[float]) -> Point | None:
-    if len(values) == 3 and all(map(math.isfinite, values)):
-        return (values[0], values[1], values[2])
-    return None
+# The rows whose first three columns are no place of an earlier row, within `spacing` m.
+def _distinct(rows: Array, spacing: float) -> Array:
+    if len(rows) < 3:
+        return rows
+    near = distances(rows[:, :3], rows[:, :3]) < spacing
+    first = ~np.tril(near, -1).any(axis=1)
+    return rows if first.all() else rows[first]
 
 
 def _sigma(sigma: float, tuning: Tuning) -> float:
