@@ -100,7 +100,7 @@ class Formation:
         state.memory = rules.remember(state.memory, now, senses, ways, tuning)
         if lost.any():
             senses, ways = senses.without(lost), ways[~lost]
-        chosen = rules.candidates(state.memory, now, senses, ways, tuning)
+        chosen = rules.candidates(state.memory, now, senses, ways, state.place, tuning)
         if self._form != "price":
             return self._organise(chosen[chosen < self._points], places, senses)
         cost = rules.costs(senses, ways, state.place, now < state.calm_until, chosen, tuning)
@@ -143,7 +143,8 @@ class Formation:
     def _keep_look(self, now: float, senses: Senses) -> None:
         looks = self._state.looks
         if not looks or now - looks[-1].time >= LOOK_PERIOD_S:
-            looks.append(Look(now, np.delete(senses.positions, senses.me, axis=0)))
+            others = np.delete(senses.positions, senses.me, axis=0)
+            looks.append(Look(now, senses.positions[senses.me], others))
             while len(looks) > 1 and now - looks[1].time >= self._tuning.dead_window_s:
                 del looks[0]
 

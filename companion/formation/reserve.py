@@ -13,9 +13,9 @@ Array = NDArray[np.float64]
 
 
 def reserve(virtual: VirtualState, count: int, spacing: float) -> tuple[Array, Array]:
-    """Places (count, 3) m and their velocities (count, 3) m/s, mission frame, in a row `spacing` m behind the last point.
+    """Places (count, 3) m and their velocities (count, 3) m/s, mission frame.
 
-    The row is abreast, from its middle outwards, and turns with the formation.
+    They are a row `spacing` m behind the last point, abreast, from its middle outwards, and turns with the formation.
     """
     side = np.array([(index + 1) // 2 * spacing * (-1) ** index for index in range(count)])
     cosine, sine = math.cos(virtual.heading), math.sin(virtual.heading)

@@ -76,28 +76,36 @@ def sense(scene: Scene, tuning: Tuning) -> Senses | None:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Where vehicles were seen at an earlier time, s: (N, 3) m."""
+    """Where vehicles were seen at an earlier time, s: others (N, 3) m from `me` (3,) m."""
 
     time: float
-    positions: Array
+    me: Array
+    others: Array
 
 
 def dead(senses: Senses, now: float, looks: Sequence[Look], ways: Array, tuning: Tuning) -> Mask:
     """Rule 2, dead: a vehicle on no point that only drifted for a while; competing, it keeps a point empty.
 
-    `ways` (N, L) m are those from the vehicles to the points.
+    `ways` (N, L) m are those from the vehicles to the points. A look says nothing of a place that was out of sight, but
+    the longer half of the while must have been watched.
     """
+    still: Mask = np.zeros(len(ways), dtype=bool)
     if not looks or now - looks[0].time < tuning.dead_window_s:
-        return np.zeros(len(ways), dtype=bool)
-    still: Mask = ways.min(axis=1) > tuning.occupied_m + senses.margins
-    still[senses.me] = False
+        return still
+    doubted = ways.min(axis=1) > tuning.occupied_m + senses.margins
+    doubted[senses.me] = False
+    rows = np.flatnonzero(doubted)
+    watched = np.zeros(len(rows))
     for look in looks:
-        if not still.any():
-            break
+        if not len(rows):
+            return still
         age = now - look.time
-        drift = tuning.dead_speed_mps * age + senses.margins[still]
-        origin = senses.positions[still] - senses.current * age
-        still[still] = (distances(origin, look.positions) <= drift[:, None]).any(axis=1)
+        origin = senses.positions[rows] - senses.current * age
+        drift = tuning.dead_speed_mps * age + 2.0 * senses.margins[rows]  # both places are uncertain
+        there = (distances(origin, look.others) <= drift[:, None]).any(axis=1)
+        kept = there | (distances(origin, look.me[None])[:, 0] > senses.sight)
+        rows, watched = rows[kept], np.where(there, np.maximum(watched, age), watched)[kept]
+    still[rows] = watched >= 0.5 * tuning.dead_window_s
     return still
 
 
@@ -125,16 +133,25 @@ def remember(memory: Memory, now: float, senses: Senses, ways: Array, tuning: Tu
     return Memory(occupied, empty)
 
 
-def candidates(memory: Memory, now: float, senses: Senses, ways: Array, tuning: Tuning) -> NDArray[np.intp]:
-    """Rule 4, candidates: all points but those taken by somebody out of sight, but one for each vehicle in sight."""
+def candidates(
+    memory: Memory, now: float, senses: Senses, ways: Array, mine: int | None, tuning: Tuning
+) -> NDArray[np.intp]:
+    """Rule 4, candidates: all points but those taken by somebody not seen now; one at least for each vehicle in sight.
+
+    Not seen is who is out of sight, or who was on a point and is nowhere near it now: a detection that dropped out.
+    """
     hidden = ways[senses.me] > senses.sight - tuning.circling_m
-    taken = np.flatnonzero(hidden & (memory.occupied < now))
-    open_points = len(memory.occupied) - len(taken)
-    forgotten = max(len(senses.positions) - open_points, 0)
-    oldest_first = taken[np.argsort(memory.occupied[taken], kind="stable")]
-    chosen = np.ones(len(memory.occupied), dtype=bool)
-    chosen[oldest_first[forgotten:]] = False
-    return np.flatnonzero(chosen)
+    gone = tuning.occupied_m + tuning.top_speed_mps * (now - memory.occupied)  # as far as who was there can be by now
+    left = ways <= gone + senses.margins[:, None]
+    left[senses.me] = False
+    taken = (memory.occupied < now) & (hidden | ~left.any(axis=0))
+    if mine is not None:
+        taken[mine] &= hidden[mine]
+    rows = np.flatnonzero(taken)
+    forgotten = max(len(senses.positions) - (len(taken) - len(rows)), 0)
+    oldest_first = rows[np.argsort(memory.occupied[rows], kind="stable")]
+    taken[oldest_first[:forgotten]] = False
+    return np.flatnonzero(~taken)
 
 
 def costs(senses: Senses, ways: Array, mine: int | None, calm: bool, chosen: NDArray[np.intp], tuning: Tuning) -> Array:
@@ -147,9 +164,9 @@ def costs(senses: Senses, ways: Array, mine: int | None, calm: bool, chosen: NDA
     longest = min(FAR_M, max(senses.sight, 0.0)) if calm else FAR_M
     effort = np.minimum(there, FAR_M)
     effort[senses.me] = np.minimum(effort[senses.me], longest)
-    mine_at = np.flatnonzero(chosen == mine) if mine is not None else ()
-    if len(mine_at) and tuning.hysteresis_beyond_m < there[senses.me, mine_at[0]] < longest:
-        effort[senses.me, mine_at[0]] -= tuning.hysteresis_m
+    for own in np.flatnonzero(chosen == (-1 if mine is None else mine)).tolist():
+        if tuning.hysteresis_beyond_m < there[senses.me, own] < longest:
+            effort[senses.me, own] -= tuning.hysteresis_m
     home = ways.argmin(axis=1)
     parked = ways.min(axis=1) <= tuning.parked_m + senses.margins
     # Where on its circle a vehicle happens to be says nothing about which point is the better for it.
@@ -177,8 +194,8 @@ def compete(
 ) -> int | None:
     """Rule 6, compete: the place that vehicle `me` wins in the price form, None if there are too few.
 
-    `cost` (N, C) has a row for each vehicle in sight, `hidden` (C,) is the cost of any other; `rank` (L,) is the places'
-    order of presentation. Places from number `points` on are the reserve, for those who find no point.
+    `cost` (N, C) has a row for each vehicle in sight, `hidden` (C,) is the cost of any other; `rank` (L,) is the order
+    of presentation of the places. Places from number `points` on are the reserve, for those who find no point.
     """
     presented = np.argsort(rank[chosen], kind="stable")
     finite = cost[cost < FORBIDDEN]

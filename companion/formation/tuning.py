@@ -21,11 +21,15 @@ class Tuning:
     dead_speed_mps: float  # through water; a drifting hull has none, a circling one steerage speed
 
     # Rule 3: which points are taken.
-    occupied_m: float  # a vehicle this near to a point has it
+    occupied_m: float  # a vehicle this near to a point has it, however wrong the own position may be
     empty_looks: int = 3  # looks in a row that must find a point empty, since one detection may drop out
     near_sigmas: float = 2.0  # added to a distance within which something counts as near
     sight_sigmas: float = 3.0  # taken off the sensing range: what is nearer is seen for sure
     circling_m: float  # taken off the range too where a vehicle may be on the far side of its circle
+
+    # Rule 4: which places there are.
+    top_speed_mps: float  # who was on a point can be no further from it than this allows
+    spacing_m: float  # between the places of the reserve, and from the formation to them
 
     # Rule 5: what a point costs.
     exponent: float  # p of d^p: 1 for least travel, 2 for most even
@@ -51,8 +55,10 @@ class Tuning:
             duplicate_m=limits.safe_distance_m / 4.0,
             sigma_limit_m=spacing / 20.0,
             dead_speed_mps=min(0.15 * limits.top_speed_mps, 0.5 * limits.steerage_speed_mps),
-            occupied_m=min(max(1.0, circling_m + 0.3), 0.4 * spacing),
+            occupied_m=0.4 * spacing,
             circling_m=circling_m,
+            top_speed_mps=limits.top_speed_mps,
+            spacing_m=spacing,
             exponent=mission.formation.exponent,
             hysteresis_beyond_m=spacing / 2.0,
             parked_m=min(circling_m + 0.7, 0.5 * spacing),

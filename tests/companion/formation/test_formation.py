@@ -13,14 +13,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from companion.formation import Formation, Tuning, rules
-from companion.formation.rules import Look, Memory, Rival, Senses
+from companion.formation.rules import Look, Memory, Senses
 from companion.scene import Attitude, Neighbour, OwnPose, Phase, Scene
 from tests.companion.formation.swarm import mission
 
 Array = NDArray[np.float64]
 
 LINE = mission(3, shape="column")  # points at 5, 0 and -5 m north
-POINTS = [(5.0, 0.0, 2.0), (0.0, 0.0, 2.0), (-5.0, 0.0, 2.0)]
+POINTS = np.array([(5.0, 0.0, 2.0), (0.0, 0.0, 2.0), (-5.0, 0.0, 2.0)])
+ALL = np.arange(3)
+ME = np.array((0.0, -8.0, 2.0))
 HOVER = Tuning.derive(LINE, 0.0)
 SWIM = Tuning.derive(LINE)
 
@@ -31,8 +33,13 @@ def scene(now: float, own: Any, others: Any = (), reach: float = math.inf, sigma
     return Scene(now, pose, tuple(Neighbour(row, np.zeros(3), sigma, 0.0, 0.0) for row in rows), (), reach)
 
 
-def senses(own: tuple[float, float, float], *others: tuple[float, float, float], sight: float = math.inf) -> Senses:
-    return Senses(Rival(own, 0.1), tuple(Rival(other, 0.1) for other in others), (0.0, 0.0, 0.0), sight)
+def senses(own: Any, *others: Any, sight: float = math.inf) -> Senses:
+    places = np.array((own, *others), dtype=float)
+    return Senses(places, np.full(len(places), 0.1), 0, np.zeros(3), sight)
+
+
+def ways(seen: Senses) -> Array:
+    return rules.distances(seen.positions, POINTS)
 
 
 def test_sense_counts_each_hull_once_and_never_itself() -> None:
@@ -40,17 +47,19 @@ def test_sense_counts_each_hull_once_and_never_itself() -> None:
     stale = replace(seen.neighbours[0], position=np.array([-9.0, 0.0, 2.0]), age=1.5)
     found = rules.sense(replace(seen, neighbours=(*seen.neighbours, stale)), HOVER)
     assert found is not None
-    assert [rival.position for rival in found.others] == [(3.0, 3.0, 2.0), (9.0, 0.0, 2.0)]
+    assert found.positions.tolist() == [[0.0, 0.0, 2.0], [3.0, 3.0, 2.0], [9.0, 0.0, 2.0]]
+    assert found.me == 0
 
 
 def test_a_drifting_hull_is_dead_and_a_circling_one_is_not() -> None:
     current = (0.1, 0.0, 0.0)
 
     def looks(path: list[tuple[float, float, float]]) -> list[Look]:
-        return [Look(float(i), (place, (40.0, 40.0, 2.0))) for i, place in enumerate(path[:-1])]
+        return [Look(float(i), ME, np.array((place, (40.0, 40.0, 2.0)))) for i, place in enumerate(path[:-1])]
 
     def verdict(path: list[tuple[float, float, float]]) -> bool:
-        return rules.dead(Rival(path[-1], 0.1), len(path) - 1.0, looks(path), POINTS, current, SWIM)
+        seen = replace(senses(ME, path[-1]), current=np.array(current))
+        return bool(rules.dead(seen, len(path) - 1.0, looks(path), ways(seen), SWIM)[1])
 
     drifting = [(20.0 + 0.1 * i, 7.0, 2.0) for i in range(6)]
     circling = [
@@ -64,40 +73,86 @@ def test_a_drifting_hull_is_dead_and_a_circling_one_is_not() -> None:
 
 
 def test_memory_keeps_a_point_out_of_sight_and_frees_one_that_looks_empty() -> None:
-    memory = rules.remember(Memory.blank(3), 1.0, senses((5, 0, 2), (-4.8, 0.1, 2), sight=20.0), POINTS, HOVER)
-    assert memory.occupied == (None, None, 1.0)
-    far = rules.remember(memory, 2.0, senses((5, 0, 2), sight=8.0), POINTS, HOVER)
-    assert far.occupied == (None, None, 1.0)
-    assert rules.candidates(far, 2.0, senses((5, 0, 2), sight=8.0), POINTS, 1, HOVER) == [0, 1]
-    assert rules.candidates(far, 2.0, senses((5, 0, 2), sight=8.0), POINTS, 3, HOVER) == [0, 1, 2], "three need three"
+    far, near = senses((5, 0, 2), sight=8.0), senses((0, 0, 2), sight=8.0)
+    crowd = senses((5, 0, 2), (5, 3, 2), (5, -3, 2), sight=8.0)
+    seen = senses((5, 0, 2), (-4.8, 0.1, 2), sight=20.0)
+    memory = rules.remember(Memory.blank(3), 1.0, seen, ways(seen), HOVER)
+    assert memory.occupied.tolist() == pytest.approx([math.nan, math.nan, 1.0], nan_ok=True)
+    memory = rules.remember(memory, 2.0, far, ways(far), HOVER)
+    assert rules.candidates(memory, 2.0, far, ways(far), None, HOVER).tolist() == [0, 1]
+    assert rules.candidates(memory, 2.0, crowd, ways(crowd), None, HOVER).tolist() == [0, 1, 2], "three need three"
     for look in range(3):
-        assert far.occupied[2] == 1.0, f"look {look}: one that drops out frees nothing"
-        far = rules.remember(far, 3.0 + look, senses((0, 0, 2), sight=8.0), POINTS, HOVER)
-    assert far.occupied == (None, None, None)
+        assert memory.occupied[2] == 1.0, f"look {look}: one that drops out frees nothing"
+        assert rules.candidates(memory, 2.0, near, ways(near), None, HOVER).tolist() == [0, 1], (
+            "nobody was seen to leave"
+        )
+        memory = rules.remember(memory, 3.0 + look, near, ways(near), HOVER)
+    assert np.isnan(memory.occupied).all()
+
+
+def test_a_point_whose_vehicle_is_seen_to_leave_is_free_at_once() -> None:
+    before, after = senses((0, 0, 2), (-4.8, 0.1, 2)), senses((0, 0, 2), (-4.8, 2.2, 2))
+    memory = rules.remember(Memory.blank(3), 1.0, before, ways(before), HOVER)
+    memory = rules.remember(memory, 1.5, after, ways(after), HOVER)
+    assert rules.candidates(memory, 1.5, after, ways(after), None, HOVER).tolist() == [0, 1, 2]
 
 
 def test_a_vehicle_on_a_point_does_not_leave_for_one_out_of_sight() -> None:
-    parked = Rival((5.1, 0.0, 2.0), 0.1)
-    row = rules.cost_row(parked, None, False, senses((4.0, 4.0, 2.0), sight=8.0), POINTS, [0, 1, 2], HOVER)
+    seen = senses((4.0, 4.0, 2.0), (5.1, 0.0, 2.0), sight=8.0)
+    row = rules.costs(seen, ways(seen), None, False, ALL, HOVER)[1]
     assert row[2] == rules.FORBIDDEN
     assert row[0] < row[1] < rules.FORBIDDEN
 
 
 def test_a_far_point_of_my_own_is_worth_a_little_more() -> None:
-    me = Rival((0.0, 10.0, 2.0), 0.0)
-    plain = rules.cost_row(me, None, False, senses(me.position), POINTS, [0, 1, 2], HOVER)
-    mine = rules.cost_row(me, 1, False, senses(me.position), POINTS, [0, 1, 2], HOVER)
+    far, near = senses((0.0, 10.0, 2.0)), senses((0.0, 2.0, 2.0))
+    plain = rules.costs(far, ways(far), None, False, ALL, HOVER)[0]
+    mine = rules.costs(far, ways(far), 1, False, ALL, HOVER)[0]
     assert mine[1] == pytest.approx((10.0 - 0.3) ** 1.2)
-    assert mine[::2] == plain[::2]
-    near = Rival((0.0, 2.0, 2.0), 0.0)
-    assert rules.cost_row(near, 1, False, senses(near.position), POINTS, [1], HOVER) == [2.0**1.2]
+    assert mine[::2].tolist() == plain[::2].tolist()
+    assert rules.costs(near, ways(near), 1, False, np.array([1]), HOVER)[0, 0] == pytest.approx(2.0**1.2)
 
 
 def test_team_mates_out_of_sight_are_allowed_for() -> None:
     """Alone, a vehicle takes the nearest point; with a better one in sight, the next."""
-    assert rules.compete([[1.0, 2.0, 3.0]], 0, [0, 1, 2], [0, 1, 2]) == 0
-    assert rules.compete([[1.0, 2.0, 9.0], [0.5, 9.0, 9.0]], 0, [0, 1, 2], [2, 0, 1]) == 1
-    assert rules.compete([[1.0], [0.5]], 0, [1], [0, 1]) is None
+    free = np.zeros(3)
+
+    def winner(rows: list[list[float]], hidden: Array, chosen: list[int], rank: list[int]) -> int | None:
+        return rules.compete(np.array(rows), hidden, 0, np.array(chosen), np.array(rank), 3)
+
+    assert winner([[1.0, 2.0, 3.0]], free, [0, 1, 2], [0, 1, 2]) == 0
+    assert winner([[1.0, 2.0, 9.0], [0.5, 9.0, 9.0]], free, [0, 1, 2], [2, 0, 1]) == 1
+    assert winner([[1.0], [0.5]], np.zeros(1), [1], [0, 1, 2]) is None
+
+
+def test_a_point_that_nobody_else_can_be_near_to_is_filled_by_who_sees_it() -> None:
+    seen = senses((0.0, 4.2, 2.0), sight=6.0)
+    hidden = rules.hidden_costs(seen, ways(seen), ALL, HOVER)
+    assert hidden[1] == pytest.approx((6.0 - 4.2) ** 1.2)
+    assert hidden[0] == hidden[2] == 0.0, "beyond sight somebody may be as near as can be"
+    nearer = senses((3.2, 2.0, 2.0), sight=5.5)
+    cost = rules.costs(nearer, ways(nearer), None, False, ALL, HOVER)
+    hidden = rules.hidden_costs(nearer, ways(nearer), ALL, HOVER)
+    assert rules.compete(cost, hidden, 0, ALL, ALL, 3) == 0
+
+
+def test_spares_travel_along_behind_and_take_a_point_that_becomes_free() -> None:
+    five = replace(mission(3, shape="column", waypoints_m=((60.0, 0.0),)), vehicles=5)
+    five = replace(five, formation=replace(five.formation, point_count=3))
+    mind = Formation(five, 4)
+    for tick in range(100):
+        now = 100.0 + 0.5 * tick
+        points = mind.virtual.at(now).points
+        place = points[2] - (4.0, 1.0, 0.0)
+        here = points if tick < 50 else points[:2]
+        decision = mind.step(now, scene(now, place, here))
+        if tick < 50:
+            assert decision.point is None
+            assert decision.reason == "no free point: travelling in reserve"
+            assert decision.target is not None
+            np.testing.assert_allclose(decision.target, points[2] - (5.0, 0.0, 0.0))
+            np.testing.assert_allclose(decision.target_velocity, mind.virtual.at(now).velocities[2], atol=1e-9)
+    assert decision.point == 2
 
 
 def test_a_mission_from_waiting_to_done() -> None:
@@ -155,6 +210,7 @@ def test_more_vehicles_than_points_leaves_the_worst_placed_without() -> None:
     mind = Formation(mission(3, shape="column"), 3)
     others = [(5.0, 1.0, 2.0), (0.0, 1.0, 2.0), (-5.0, 1.0, 2.0)]
     decision = mind.step(1.0, scene(1.0, (0.0, 15.0, 2.0), others))
+    assert decision.point is None
     assert decision.reason == "no free point"
     assert decision.target is None
     decision = mind.step(1.1, scene(1.1, (0.0, 15.0, 2.0), others[:2]))
