@@ -53,8 +53,12 @@ sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino
 	@echo 'sketch: compiling firmware/ as Arduino would (30 seconds)'
 	@scripts/sketch
 
+.PHONY: kernel
+kernel: protocol ## compile the auction of the formation for this machine (1 second)
+	+@$(BUILD) kernel
+
 .PHONY: plant
-plant: protocol ## build the image and the simulated fleet, round simavr and natively (40 seconds)
+plant: kernel ## build the image and the simulated fleet, round simavr and natively (40 seconds)
 	@echo 'plant: image and simulated fleet (40 seconds from scratch)'
 	+@if [ "$$(scripts/setup mcu)" = avr ]; \
 		then $(BUILD) firmware plant-avr plant-native plant-null; else $(BUILD) plant-native plant-null; fi
@@ -106,4 +110,4 @@ flash: firmware ## write the image into a board: make flash PORT=/dev/ttyUSB0 (1
 
 .PHONY: clean
 clean: ## remove everything that was built; .venv stays
-	rm -rf build protocol/generated firmware/src/link/dialect
+	rm -rf build protocol/generated firmware/src/link/dialect companion/formation/libkernel.so

@@ -73,6 +73,17 @@ build/firmware/firmware.elf: $(FIRMWARE_OBJECTS) build/firmware/core.a
 build/firmware/firmware.hex: build/firmware/firmware.elf
 	@avr-objcopy -O ihex -R .eeprom $< $@
 
+# --- the companion's auction, beside its Python -------------------------------------------------------------------------
+
+KERNEL := companion/formation/libkernel.so
+KERNEL_FLAGS := -O3 -fPIC -shared -std=c11 -ffp-contract=off $(WARNINGS)
+.PHONY: kernel
+kernel: $(KERNEL)
+
+$(KERNEL): companion/formation/kernel.c $(MAKEFILE_LIST)
+	$(call SHOW,cc,$@)
+	@$(CC) $(KERNEL_FLAGS) $< -o $@ -lm
+
 # --- the simulated fleet, once round simavr (GPLv3) and once round the firmware's own sources ------------------------
 
 HOST := -g -O2 -fPIC -ffp-contract=off -pthread -MMD -MP -I. $(WARNINGS)

@@ -5,7 +5,8 @@ rises by as much as the second best is worse, plus epsilon (a conscience: DeSien
 before is presented again. At the end every point has the vehicle that is best for it at these prices, within epsilon,
 so the total is within L epsilon of the least possible one (Bertsekas 1988), in whatever order the points came.
 
-Plain floats: for a handful of vehicles one row of an array costs more than the whole row in a list.
+It runs compiled where kernel.c was built, and as it stands here where not, with the same answer to the bit. Plain
+floats: for a handful of vehicles one row of an array costs more than the whole row in a list.
 """
 
 from __future__ import annotations
@@ -15,9 +16,14 @@ from dataclasses import dataclass
 from heapq import heappush, heapreplace
 from operator import add
 
+import numpy as np
+from numpy.typing import NDArray
+
+from companion.formation import kernel
+
 EPSILON = 1e-5  # least rise of a price, in units of the cost (m^p): far below any noise, far above rounding
 _RESOLUTION = 1e-12  # least rise of a price as a share of the dearest cost: floats tell no finer steps apart for sure
-_COARSENING = 100.0  # each round of bidding is finer by this, so that a price war ends in few bids
+_COARSENING = 5.0  # each round of bidding is finer by this, so that a price war ends in few bids
 _FIRST_ROUND = 1.0 / 64.0  # step of the first round as a share of the dearest cost
 _INFINITY = float("inf")
 
@@ -41,37 +47,78 @@ class Auction:
         return self.total - self.bound
 
 
+_COMPILED = kernel.load()
+
+
+def backend() -> str:
+    """Which form runs on this machine: "compiled" or "interpreted"."""
+    return "interpreted" if _COMPILED is None else "compiled"
+
+
 def auction(
-    costs: Sequence[Sequence[float]],
+    costs: Sequence[Sequence[float]] | NDArray[np.float64],
     seats: Sequence[int] | None = None,
-    order: Sequence[int] | None = None,
+    order: Sequence[int] | NDArray[np.int_] | None = None,
     epsilon: float = EPSILON,
 ) -> Auction:
     """Assigns each of L points to one of the columns, each of which has room for `seats[j]` points (1 when None).
 
     `costs` (L rows of J finite numbers, none below 0) are what each column asks for each point. Seats may outnumber
     points: empty ones are filled with points that cost nothing. Points may outnumber seats: those whose absence makes
-    the rest cheapest get -1. `order` is the order of presentation, which decides only between equals.
+    the rest cheapest get -1. `order` is the order of presentation, which decides only between equals. Raises ValueError
+    for a column without a seat.
     """
-    count = len(costs)
-    columns = len(costs[0]) if count else 0
+    if seats is not None and min(seats, default=1) < 1:
+        raise ValueError(f"seats = {list(seats)}: must be at least 1 each")
+    table = costs if _COMPILED is None else np.ascontiguousarray(costs, dtype=float)
+    if _COMPILED is None or not (isinstance(table, np.ndarray) and table.size):
+        return interpreted(costs, seats, order, epsilon)
+    room = None if seats is None else np.array(seats, dtype=np.int32)
+    presented = None if order is None else np.array(order, dtype=np.int32)
+    winner, prices, total, bound = _COMPILED.auction(table, room, presented, epsilon, _COARSENING)
+    return Auction(tuple(winner), tuple(prices), total, bound)
+
+
+def ways(points: NDArray[np.float64], vehicles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Straight ways (L, J) m from vehicles (J, 3) to points (L, 3)."""
+    if _COMPILED is not None:
+        return _COMPILED.ways(points, vehicles)
+    away = points[:, None] - vehicles
+    lengths: NDArray[np.float64] = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2 + away[..., 2] ** 2)
+    return lengths
+
+
+def interpreted(
+    costs: Sequence[Sequence[float]] | NDArray[np.float64],
+    seats: Sequence[int] | None = None,
+    order: Sequence[int] | NDArray[np.int_] | None = None,
+    epsilon: float = EPSILON,
+) -> Auction:
+    """The same as `auction`, in Python."""
+    table = costs.tolist() if isinstance(costs, np.ndarray) else costs
+    count = len(table)
+    columns = len(table[0]) if count else 0
     room = list(seats) if seats is not None else [1] * columns
-    if not count or not sum(room):
+    if not count or not columns:
         return Auction((-1,) * count, (0.0,) * columns, 0.0, 0.0)
-    rows = [list(row) for row in costs]
+    rows = [list(row) for row in table]
     spare = sum(room) - count
     rows += [[0.0] * columns] * spare
     if spare < 0:
         room.append(-spare)
         for row in rows:
             row.append(0.0)
-    presented = [*(order if order is not None else range(count)), *range(count, len(rows))]
+    presented = [*(map(int, order) if order is not None else range(count)), *range(count, len(rows))]
     prices = [0.0] * len(room)
     winner = _bid_from_coarse_to_fine(rows, room, prices, presented, epsilon)
-    total = sum(row[j] for row, j in zip(rows, winner, strict=True))
-    bound = sum(min(map(add, row, prices)) for row in rows) - sum(p * s for p, s in zip(prices, room, strict=True))
-    shown = tuple(j if j < columns else -1 for j in winner[:count])
-    return Auction(shown, tuple(prices[:columns]), total, bound)
+    total = least = paid = 0.0
+    for row, column in zip(rows, winner, strict=True):
+        total += row[column]
+        least += min(map(add, row, prices))
+    for price, places in zip(prices, room, strict=True):
+        paid += price * places
+    shown = tuple(column if column < columns else -1 for column in winner[:count])
+    return Auction(shown, tuple(prices[:columns]), total, least - paid)
 
 
 # A price war (points alike, too few vehicles alike) climbs by one step a bid: settle it in coarse steps first.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.formation.auction import auction
+from companion.formation.auction import auction, ways
 from companion.formation.som import PAPER, SOM, SomSettings, organise, real, real_lengths
 
 Array = NDArray[np.float64]
@@ -68,10 +68,11 @@ def _by_price(
     points: Array, vehicles: Array, exponent: float, seed: int | tuple[int, ...], before: Array
 ) -> tuple[list[int], tuple[float, tuple[float, ...]]]:
     fit_points, fit_vehicles = np.flatnonzero(real(points)), np.flatnonzero(real(vehicles))
-    away = points[fit_points][:, None, :] - vehicles[fit_vehicles][None, :, :]
-    costs = (before[fit_vehicles] + np.sqrt((away * away).sum(axis=2))) ** exponent
-    order = np.random.default_rng(seed).permutation(len(fit_points)).tolist()
-    result = auction(costs.tolist(), [1] * len(fit_vehicles), order)
+    costs = before[fit_vehicles] + ways(points[fit_points], vehicles[fit_vehicles])
+    if exponent != 1.0:
+        costs **= exponent
+    order = np.random.default_rng(seed).permutation(len(fit_points))
+    result = auction(costs, order=order)
     winner = [-1] * len(points)
     for row, column in enumerate(result.winner):
         winner[int(fit_points[row])] = int(fit_vehicles[column]) if column >= 0 else -1

@@ -206,7 +206,7 @@ def compete(
     if len(chosen) > len(cost):
         rows = np.vstack((rows, hidden))
         seats.append(len(chosen) - len(cost))
-    winner = auction(rows.T.tolist(), seats, presented.tolist()).winner
+    winner = auction(rows.T, seats, presented).winner
     return int(chosen[winner.index(me)]) if me in winner else None
 
 
