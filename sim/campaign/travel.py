@@ -182,7 +182,10 @@ CAMPAIGN = Campaign(
         "of noise an axis. Lengths are "
         "integrated until each vehicle reaches its point, and the rest is added; sd is the standard deviation within "
         "a team. A vehicle that has reached its point travels with it: the way of its point is added for the journey, "
-        "and the cases \"in full\" swim every metre of it instead. Limits are asked of p = 2, the most even exponent."
+        "and the cases \"in full\" swim every metre of it instead. Limits are asked of p = 2, the most even exponent. "
+        "Where the formation turns, the ways of its own points differ, the more the further it turns, and the "
+        "competition knows only the ways to them; the displaced box lies outside the bend, where the longest ways to "
+        "come are those of the vehicles with the longest ways to go."
     ),
     figures=FIGURES,
     cells=_cells(),
