@@ -168,7 +168,7 @@ def voyage(seed: int, make: str = "native", until_s: float | None = None) -> tup
 
 
 def journey_lengths(trace: Trace, travelled: Array, begun_s: float, within_m: float) -> Array:
-    """Way (J,) m of each vehicle to its point, the rest included, and from the start of travel on.
+    """Way (J,) m of each vehicle to the point it travels with, the rest included, and from the start of travel on.
 
     A hull cannot stand still: what it swims in circles on its point while it waits for the others is no part of it.
     """
@@ -176,7 +176,7 @@ def journey_lengths(trace: Trace, travelled: Array, begun_s: float, within_m: fl
     errors = trace.errors()[: start + 1]
     lengths = travelled[-1] - travelled[start]
     for i in range(travelled.shape[1]):
-        inside = np.flatnonzero(errors[:, i] <= within_m)
+        inside = np.flatnonzero((errors[:, i] <= within_m) & (trace.held[: start + 1, i] == trace.held[start, i]))
         arrival = int(inside[0]) if len(inside) else start
         lengths[i] += travelled[arrival, i] + np.nan_to_num(errors[arrival, i])
     return np.asarray(lengths)

@@ -181,10 +181,9 @@ def _figure_8(order: Order) -> Iterator[str]:
         "The paper's last experiment simulates the constraints of its hulls in a simplified current. Here six "
         "simulated hulls with the firmware that is flashed (compiled for the host) and their companions cross the "
         "basin: scenario `paper`, seed 1, which `shoal-sim run paper` runs by itself. A hull cannot stand still, so it "
-        f"waits on a circle round its point until travel begins; from then on the tracking error falls to "
-        f"{run.tracking_rms_m:.2f}"
-        "m RMS. It grows at the very end, when the formation stops and hulls cannot. Lengths count the way to the "
-        "point and the journey, not the circles."
+        "waits on a circle round its point until travel begins; from then on the tracking error falls to "
+        f"{run.tracking_rms_m:.2f} m RMS. It grows at the very end, when the formation stops and hulls cannot. Lengths "
+        "count the way to the point and the journey, not the circles."
     )
     yield ""
     yield from _results(results, tables.voyages(order.seeds))
