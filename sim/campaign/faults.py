@@ -29,7 +29,7 @@ def lose_one(seed: int, count: int, share_of_speed: float, conditions: Condition
         count, 1.2, vehicles=count + 1, forming_s=FORMED_S, waypoints_m=((way, 0.0),), pace_mps=pace, turn=False
     )
     spare = np.array([*draw.uniform(-SPARE_BOX_M, SPARE_BOX_M, 2), 2.0])
-    swarm = Swarm(mission, np.vstack((mission.points() + (0.0, 0.0, 2.0), spare)), seed, conditions)
+    swarm = Swarm(mission, np.vstack((mission.points() + mission.path.origin_m, spare)), seed, conditions)
     swarm.absent.add(count)
     victim = int(draw.integers(count))
     swarm.run(FORMED_S + FAULT_STEPS * STEP_M / pace, lambda: False)

@@ -77,13 +77,13 @@ def _cells() -> list[Cell]:
 CAMPAIGN = Campaign(
     "swarm",
     "Forming without messages, in point dynamics",
-    "Vehicles that see each other within r, with noise of sigma an axis, decide each for itself, twice a second and in "
-    "its own time, and go at most 0.5 m/s. Starts are random, at least 2 m apart, in a square of 20 m for 6 vehicles, "
-    "30 m for 15 and 50 m for 50, about a triangle with 5 m between points; exponent p = 1.3, for 50 vehicles 1.2. A run "
-    "succeeds when all points are filled within 900 s and stay so for 5 s. Travel is the sum of ways swum and of what is "
-    "left to the points, over the least possible sum of straight ways; time is over that of the bottleneck assignment "
-    "at top speed. The last rows lose a tenth of all detections, or have each own position off by a constant that is "
-    "normal with 0.3 m an axis.",
+    "Vehicles that see each other within r, with noise of sigma an axis, decide each for itself, twice a second and "
+    "in its own time, and go at most 0.5 m/s. Starts are random, at least 2 m apart, in a square of 20 m for 6 "
+    "vehicles, 30 m for 15 and 50 m for 50, about a triangle with 5 m between points; exponent p = 1.3, for 50 "
+    "vehicles 1.2. A run succeeds when all points are filled within 900 s and stay so for 5 s. Travel is the sum of "
+    "ways swum and of what is left to the points, over the least possible sum of straight ways; time is over that of "
+    "the bottleneck assignment at top speed. The last rows lose a tenth of all detections, or have each own position "
+    "off by a constant that is normal with 0.3 m an axis.",
     [
         share("success", "success"),
         ratio("travel / optimum", "travel_m", "optimum_m", ".4f"),
