@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from companion.formation import kernel
 
-EPSILON = 1e-5  # least rise of a price, in units of the cost (m^p): far below any noise, far above rounding
+EPSILON = 1e-4  # least rise of a price, in units of the cost (m^p): far below any noise, far above rounding
 _RESOLUTION = 1e-12  # least rise of a price as a share of the dearest cost: floats tell no finer steps apart for sure
 _COARSENING = 5.0  # each round of bidding is finer by this, so that a price war ends in few bids
 _FIRST_ROUND = 1.0 / 64.0  # step of the first round as a share of the dearest cost

@@ -45,9 +45,9 @@ class Kernel:
 
     def ways(self, points: Array, vehicles: Array) -> Array:
         """Straight ways (L, J) m from vehicles (J, 3) to points (L, 3)."""
-        ways = np.empty((len(points), len(vehicles)))
-        points, vehicles = (np.ascontiguousarray(places, dtype=float) for places in (points, vehicles))
-        self._ways(len(points), len(vehicles), _at(points), _at(vehicles), _at(ways))
+        to, here = np.ascontiguousarray(points, dtype=float), np.ascontiguousarray(vehicles, dtype=float)
+        ways = np.empty((len(to), len(here)))
+        self._ways(len(to), len(here), _at(to), _at(here), _at(ways))
         return ways
 
 
