@@ -70,7 +70,7 @@ def auction(
     """
     if seats is not None and min(seats, default=1) < 1:
         raise ValueError(f"seats = {list(seats)}: must be at least 1 each")
-    table = costs if _COMPILED is None else np.ascontiguousarray(costs, dtype=float)
+    table = costs if _COMPILED is None else np.array(costs, dtype=float, order="C")
     if _COMPILED is None or not (isinstance(table, np.ndarray) and table.size):
         return interpreted(costs, seats, order, epsilon)
     room = None if seats is None else np.array(seats, dtype=np.int32)

@@ -45,11 +45,13 @@ def compete(
     seed: int | tuple[int, ...] = 0,
     travelled: Array | None = None,
     settings: SomSettings | None = None,
+    urgency: Array | None = None,
 ) -> Assignment:
     """Assigns points (L, 3) to vehicles (J, 3), both m in the mission frame; rows that are no places take no part.
 
     `travelled` (J,) m is P, the lengths so far, and counts toward the cost (P + d)^p; `seed` sets the order in which
-    points are presented. Raises ValueError for an unknown form.
+    points are presented; `urgency` (L,), below, at or above 0, gives points s, nothing or f in `som` and `paper`
+    (eq 8), and changes nothing in who takes which point at the least cost. Raises ValueError for an unknown form.
     """
     if form not in FORMS:
         raise ValueError(f"form = {form!r}: must be one of {', '.join(FORMS)}")
@@ -60,7 +62,7 @@ def compete(
     if form == "price":
         winner, certificate = _by_price(points, vehicles, exponent, seed, before)
         return _assignment(points, vehicles, winner, before, base, *certificate)
-    outcome = organise(points, vehicles, replace(base, exponent=exponent), seed, before)
+    outcome = organise(points, vehicles, replace(base, exponent=exponent), seed, before, urgency)
     return _assignment(points, vehicles, list(outcome.winner), before, base, sweeps=outcome.sweeps)
 
 

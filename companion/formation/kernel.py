@@ -45,7 +45,9 @@ class Kernel:
 
     def ways(self, points: Array, vehicles: Array) -> Array:
         """Straight ways (L, J) m from vehicles (J, 3) to points (L, 3)."""
-        to, here = np.ascontiguousarray(points, dtype=float), np.ascontiguousarray(vehicles, dtype=float)
+        to, here = np.array(points, dtype=float, order="C"), np.array(vehicles, dtype=float, order="C")
+        if not to.size or not here.size:
+            return np.empty((len(to), len(here)))
         ways = np.empty((len(to), len(here)))
         self._ways(len(to), len(here), _at(to), _at(here), _at(ways))
         return ways
@@ -59,7 +61,6 @@ def load() -> Kernel | None:
         return None
 
 
-# The address of an array's first element.
+# The address of an array's first element; of all ways to ask, the quickest, for arrays that may be written to.
 def _at(array: NDArray[np.generic]) -> int:
-    address: int = array.__array_interface__["data"][0]
-    return address
+    return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
