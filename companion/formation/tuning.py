@@ -46,11 +46,11 @@ class Tuning:
     settle_s: float = 1.0  # after a jump the clock must run on evenly for so long
 
     @staticmethod
-    def derive(mission: Mission, waiting_radius_m: float | None = None) -> Tuning:
-        """The constants of a mission; a radius other than its own is 0 for vehicles that can stand still."""
+    def derive(mission: Mission) -> Tuning:
+        """The constants of a mission; its waiting radius is 0 for vehicles that can stand still."""
         spacing = mission.nearest_m()
         limits = mission.limits
-        circling_m = limits.waiting_radius_m if waiting_radius_m is None else waiting_radius_m
+        circling_m = limits.waiting_radius_m
         return Tuning(
             duplicate_m=limits.safe_distance_m / 4.0,
             sigma_limit_m=spacing / 20.0,

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from companion.formation import PAPER, SOM, Assignment, SomSettings, compete, organise
 from companion.formation.auction import EPSILON, auction
 from companion.shapes import centred, triangle
-from tests.companion.formation.swarm import starts
+from sim.points import random_starts as starts
 
 Array = NDArray[np.float64]
 

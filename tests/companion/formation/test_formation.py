@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from companion.formation import Formation, Tuning, rules
 from companion.formation.rules import Look, Memory, Senses
 from companion.scene import Attitude, Neighbour, OwnPose, Phase, Scene
-from tests.companion.formation.swarm import mission
+from tests.companion.formation.missions import mission
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ LINE = mission(3, shape="column")  # points at 5, 0 and -5 m north
 POINTS = np.array([(5.0, 0.0, 2.0), (0.0, 0.0, 2.0), (-5.0, 0.0, 2.0)])
 ALL = np.arange(3)
 ME = np.array((0.0, -8.0, 2.0))
-HOVER = Tuning.derive(LINE, 0.0)
+HOVER = Tuning.derive(replace(LINE, limits=replace(LINE.limits, waiting_radius_m=0.0)))
 SWIM = Tuning.derive(LINE)
 
 

@@ -316,7 +316,7 @@ def test_transformations_come_one_after_the_other() -> None:
     with pytest.raises(ConfigError) as caught:
         mission([NARROW[0], {"shape": "line", "at_m": 30.0}])
     assert str(caught.value) == (
-        "f.toml: [transform[1]] at_m = 30: must begin after transform[0] has ended (44.8 m along the path, at 147.1 s)"
+        "f.toml: [transform[1]] at_m = 30: must begin after transform[0] has ended (44.8 m along the path, at 146.7 s)"
     )
 
 

@@ -17,7 +17,7 @@ from companion.formation import VirtualFormation
 from companion.formation.path import round_corners, through
 from companion.mission import Mission
 from companion.scene import Phase
-from tests.companion.formation.swarm import SPEED, mission
+from tests.companion.formation.missions import SPEED, mission
 
 Array = NDArray[np.float64]
 
