@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from companion.formation import rules
 from companion.formation.reserve import reserve
-from companion.formation.rules import Look, Memory, Senses
+from companion.formation.rules import Known, Look, Memory, Senses
 from companion.formation.som import PAPER, SOM, SomSettings, organise
 from companion.formation.tuning import Tuning
 from companion.formation.virtual import VirtualFormation, VirtualState
@@ -33,6 +33,7 @@ class _State:
     memory: Memory
     place: int | None = None  # a point, or behind those one of the reserve
     looks: list[Look] = field(default_factory=list)
+    known: Known = field(default_factory=Known.nobody)
     switches: float = 0.0
     calm_until: float = -math.inf
 
@@ -100,6 +101,11 @@ class Formation:
         state.memory = rules.remember(state.memory, now, senses, ways, tuning)
         if lost.any():
             senses, ways = senses.without(lost), ways[~lost]
+        lingering = rules.linger(state.known, now, senses, tuning)
+        state.known = senses.known(now, lingering)
+        if len(lingering.times):
+            senses = senses.joined(lingering)
+            ways = np.vstack((ways, rules.distances(lingering.positions, places)))
         chosen = rules.candidates(state.memory, now, senses, ways, state.place, tuning)
         if self._form != "price":
             return self._organise(chosen[chosen < self._points], places, senses)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,20 @@ class Senses:
         me = int(np.count_nonzero(kept[: self.me]))
         return Senses(self.positions[kept], self.margins[kept], me, self.current, self.sight)
 
+    def known(self, now: float, lingering: Known) -> Known:
+        """Those seen now, and those who linger."""
+        seen = np.delete(self.positions, self.me, axis=0), np.delete(self.margins, self.me)
+        return Known(
+            np.vstack((seen[0], lingering.positions)),
+            np.concatenate((seen[1], lingering.margins)),
+            np.concatenate((np.full(len(seen[1]), now), lingering.times)),
+        )
+
+    def joined(self, lingering: Known) -> Senses:
+        """The same with those who linger."""
+        positions = np.vstack((self.positions, lingering.positions))
+        return replace(self, positions=positions, margins=np.concatenate((self.margins, lingering.margins)))
+
 
 def sense(scene: Scene, tuning: Tuning) -> Senses | None:
     """Rule 1, sense: the own position and the vehicles seen, each once; None when the own position is unknown."""
@@ -72,6 +86,34 @@ def sense(scene: Scene, tuning: Tuning) -> Senses | None:
     margins = tuning.near_sigmas * rows[order, 3]
     me = int(np.flatnonzero(order == 0)[0])
     return Senses(rows[order, :3], margins, me, current, reach - tuning.sight_sigmas * sigma)
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Vehicles known of (K,): where each was last seen (K, 3) m, how surely m, and when s."""
+
+    positions: Array
+    margins: Array
+    times: Array
+
+    @staticmethod
+    def nobody() -> Known:
+        """Not one."""
+        return Known(np.empty((0, 3)), np.empty(0), np.empty(0))
+
+
+def linger(known: Known, now: float, senses: Senses, tuning: Tuning) -> Known:
+    """Rule 1, sense: those in plain sight a moment ago and not now, with nobody about: a detection dropped out."""
+    if not len(known.times):
+        return known
+    age = now - known.times
+    reach = tuning.top_speed_mps * age
+    here = np.delete(senses.positions, senses.me, axis=0)
+    near = (reach + known.margins + tuning.duplicate_m)[:, None]
+    found = (distances(known.positions, here) <= near).any(axis=1)
+    away = distances(known.positions, senses.positions[senses.me, None])[:, 0]
+    kept = ~found & (age <= tuning.age_limit_s) & (away <= senses.sight - reach) & (away > tuning.duplicate_m)
+    return Known(known.positions[kept], known.margins[kept], known.times[kept])
 
 
 @dataclass(frozen=True, slots=True)

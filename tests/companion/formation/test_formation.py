@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from companion.formation import Formation, Tuning, rules
-from companion.formation.rules import Look, Memory, Senses
+from companion.formation.rules import Known, Look, Memory, Senses
 from companion.scene import Attitude, Neighbour, OwnPose, Phase, Scene
 from tests.companion.formation.missions import mission
 
@@ -95,6 +95,17 @@ def test_a_point_whose_vehicle_is_seen_to_leave_is_free_at_once() -> None:
     memory = rules.remember(Memory.blank(3), 1.0, before, ways(before), HOVER)
     memory = rules.remember(memory, 1.5, after, ways(after), HOVER)
     assert rules.candidates(memory, 1.5, after, ways(after), None, HOVER).tolist() == [0, 1, 2]
+
+
+def test_a_detection_that_drops_out_leaves_the_vehicle_in_mind_for_a_second() -> None:
+    both, alone = senses((0, 0, 2), (3, 3, 2), sight=9.0), senses((0, 0, 2), sight=9.0)
+    moved, gone = senses((0, 0, 2), (3.2, 3.2, 2), sight=9.0), senses((0, 0, 2), (8.9, 0, 2), sight=9.0)
+    known = both.known(1.0, Known.nobody())
+    assert rules.linger(known, 1.5, alone, HOVER).positions.tolist() == [[3.0, 3.0, 2.0]]
+    assert alone.joined(rules.linger(known, 1.5, alone, HOVER)).positions.tolist() == both.positions.tolist()
+    assert len(rules.linger(known, 2.1, alone, HOVER).times) == 0, "too long ago"
+    assert len(rules.linger(known, 1.5, moved, HOVER).times) == 0, "it is that one"
+    assert len(rules.linger(gone.known(1.0, Known.nobody()), 1.5, alone, HOVER).times) == 0, "it may be out of sight"
 
 
 def test_a_vehicle_on_a_point_does_not_leave_for_one_out_of_sight() -> None:
@@ -214,6 +225,9 @@ def test_more_vehicles_than_points_leaves_the_worst_placed_without() -> None:
     assert decision.reason == "no free point"
     assert decision.target is None
     decision = mind.step(1.1, scene(1.1, (0.0, 15.0, 2.0), others[:2]))
+    assert decision.point is None, "a detection may drop out"
+    for tick in range(12, 40):
+        decision = mind.step(0.1 * tick, scene(0.1 * tick, (0.0, 15.0, 2.0), others[:2]))
     assert decision.point == 2
 
 
