@@ -57,6 +57,11 @@ sketch: protocol ## prove with arduino-builder that firmware/ is a valid Arduino
 kernel: protocol ## compile the auction of the formation for this machine (1 second)
 	+@$(BUILD) kernel
 
+.PHONY: kernel-armhf
+kernel-armhf: ## compile it for the vehicle's armv7 too, and compare the answers under qemu (20 seconds)
+	@scripts/setup armhf
+	+@$(BUILD) kernel-armhf
+
 .PHONY: plant
 plant: kernel ## build the image and the simulated fleet, round simavr and natively (40 seconds)
 	@echo 'plant: image and simulated fleet (40 seconds from scratch)'

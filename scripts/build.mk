@@ -77,8 +77,24 @@ build/firmware/firmware.hex: build/firmware/firmware.elf
 
 KERNEL := companion/formation/libkernel.so
 KERNEL_FLAGS := -O3 -fPIC -shared -std=c11 -ffp-contract=off $(WARNINGS)
-.PHONY: kernel
+KERNEL_CHECK := companion/formation/kernel.c tests/companion/formation/kernel_check.c
+.PHONY: kernel kernel-armhf
 kernel: $(KERNEL)
+
+# The same cases on this machine and on the vehicle's processor must end in the same bytes.
+kernel-armhf: $(KERNEL_CHECK)
+	@mkdir -p build/armhf
+	$(call SHOW,cc,build/armhf/host)
+	@$(CC) -O3 -std=c11 -ffp-contract=off $(WARNINGS) $^ -o build/armhf/host -lm
+	$(call SHOW,armv7,build/armhf/libkernel.so)
+	@arm-linux-gnueabihf-gcc $(KERNEL_FLAGS) -march=armv7-a -mfpu=neon companion/formation/kernel.c \
+		-o build/armhf/libkernel.so -lm
+	@arm-linux-gnueabihf-gcc -O3 -std=c11 -ffp-contract=off $(WARNINGS) -march=armv7-a -mfpu=neon -static $^ \
+		-o build/armhf/vehicle -lm
+	@build/armhf/host >build/armhf/host.out
+	@qemu-arm build/armhf/vehicle >build/armhf/vehicle.out
+	@cmp build/armhf/host.out build/armhf/vehicle.out
+	@echo "kernel-armhf: $$(wc -l <build/armhf/host.out) auctions end in the same bytes on armv7"
 
 $(KERNEL): companion/formation/kernel.c $(MAKEFILE_LIST)
 	$(call SHOW,cc,$@)
