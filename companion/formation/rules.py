@@ -109,7 +109,7 @@ def linger(known: Known, now: float, senses: Senses, tuning: Tuning) -> Known:
     age = now - known.times
     reach = tuning.top_speed_mps * age
     here = np.delete(senses.positions, senses.me, axis=0)
-    near = (reach + known.margins + tuning.duplicate_m)[:, None]
+    near = (reach + 2.0 * known.margins + tuning.duplicate_m)[:, None]  # both places are uncertain
     found = (distances(known.positions, here) <= near).any(axis=1)
     away = distances(known.positions, senses.positions[senses.me, None])[:, 0]
     kept = ~found & (age <= tuning.age_limit_s) & (away <= senses.sight - reach) & (away > tuning.duplicate_m)
