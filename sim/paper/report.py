@@ -265,8 +265,8 @@ def _potential_field(order: Order) -> Iterator[str]:
     yield _text(
         "While it forms, the paper keeps vehicles apart by a potential field, of which it gives no constants. Shoal "
         "uses half-planes that bound the speed toward each hull. Both from the same starts; a field of full strength "
-        "holds a vehicle off at the distance that half-planes keep. With competition ways hardly cross, so even a weak "
-        "field does little harm; with fixed roles they do cross."
+        "holds a vehicle off at the distance that half-planes keep. Where vehicles compete for points their straight "
+        "ways hardly cross; with fixed roles they do."
     )
     yield ""
     yield from _results(_conduct(order, campaign), campaign)
@@ -287,7 +287,7 @@ def _published_case(order: Order) -> Iterator[str]:
         f"{case.lengths.mean():.2f} m and a standard deviation of {case.lengths.std():.2f} m; with fixed roles "
         f"{case.fixed.mean():.2f} m and {case.fixed.std():.2f} m. Algorithm 1 with the parameters of that case brings "
         f"{case.printed_arrived} of {printed.VEHICLES} neurons to their points in its {case.sweeps} sweeps as printed, "
-        f"and {case.repaired_arrived} where only winners move: a gain of {printed.CASE_GAIN:g} is slow."
+        f"and {case.repaired_arrived} where only winners move."
     )
 
 
