@@ -102,7 +102,9 @@ def grade(
             Verdict("forming time", _spell(forming_time, "s"), f"at most {criteria.forming_time_s:g} s", holds)
         )
     if criteria.tracking_rms_m is not None:
-        undecided = int(np.sum(np.isnan(decided_error)))
+        wanted_holders = min(points, history.position.shape[1])  # spares hold none
+        holders = np.isfinite(decided_error).sum(axis=1)
+        undecided = int(np.sum(np.maximum(wanted_holders - holders, 0)))
         holds = tracking is not None and tracking <= criteria.tracking_rms_m and undecided == 0
         measured = _spell(tracking, "m RMS") + (f", {undecided} samples without a point" if undecided else "")
         verdicts.append(Verdict("tracking error", measured, f"at most {criteria.tracking_rms_m:g} m RMS", holds))

@@ -96,6 +96,13 @@ def test_a_vehicle_without_a_point_fails_tracking() -> None:
     assert not holds(grade(stack(snapshots), CRITERIA, START_S))["tracking error"]
 
 
+def test_a_spare_vehicle_holds_no_point_and_fails_nothing() -> None:
+    snapshots = [deciding(replace(s, points=s.points[:2]), [0, 1, None]) for s in fleet_swims()]
+    result = grade(stack(snapshots), CRITERIA, START_S)
+    assert result.points_filled == 2
+    assert result.success
+
+
 def test_a_known_collision() -> None:
     snapshots = fleet_swims()
     # Vehicles 1 and 3 (pair index 1) touch for a second, part, and touch once more.
