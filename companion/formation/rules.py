@@ -85,7 +85,7 @@ def sense(scene: Scene, tuning: Tuning) -> Senses | None:
     current = own.current if np.isfinite(own.current).all() else np.zeros(3)
     margins = tuning.near_sigmas * rows[order, 3]
     me = int(np.flatnonzero(order == 0)[0])
-    return Senses(rows[order, :3], margins, me, current, reach - tuning.sight_sigmas * sigma)
+    return Senses(rows[order, :3], margins, me, current, reach - tuning.aside_m - tuning.sight_sigmas * sigma)
 
 
 @dataclass(frozen=True, slots=True)

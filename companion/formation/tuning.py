@@ -25,6 +25,7 @@ class Tuning:
     empty_looks: int = 3  # looks in a row that must find a point empty, since one detection may drop out
     near_sigmas: float = 2.0  # added to a distance within which something counts as near
     sight_sigmas: float = 3.0  # taken off the sensing range: what is nearer is seen for sure
+    aside_m: float = 0.3  # so is this, which a vehicle on a point may lie beyond it
     circling_m: float  # taken off the range too where a vehicle may be on the far side of its circle
 
     # Rule 4: which places there are.
